@@ -16,7 +16,16 @@ Floats = npt.NDArray[np.float64]
 # Compiled in are the order of the parameters' fields and the places of a state's numbers.
 CONSTANTS = ("parameters.py", "state.py")
 STAMP = stamp_above(Path(__file__).parent, CONSTANTS)
-compiled = compiler(STAMP)
+# As the core's: what makes no array counts no references; what Python asks for arrays makes them around it.
+compiled = compiler(STAMP, counting=False)
+making_arrays = compiler(STAMP)
 # For laws of a flight and of a blow, each with one caller: a call hands over all parameters, which costs more than most
-# laws themselves.  They make no array, and call nothing that does: nothing counts references in them.
+# laws themselves.
 inlined = compiler(STAMP, counting=False, inline=True)
+
+
+@inlined
+def copy_into(target: Floats, source: Floats) -> None:
+    """Copy a row of numbers: an assignment to a slice would make an array."""
+    for i in range(target.shape[0]):
+        target[i] = source[i]

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
-from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.compiled import Floats, compiled, copy_into, making_arrays
+from analysis.blind.plant.flight.accelerations import rate_into
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.parameters import PlantParameters
@@ -27,7 +27,7 @@ from analysis.blind.plant.state import (
     X,
     Y,
 )
-from analysis.blind.plant.wall.contact import impact, wall_gap
+from analysis.blind.plant.wall.contact import strike, wall_gap
 from analysis.blind.plant.wall.lasting_contact import compliant_step, spring_dashpot
 
 STEP_S = 1.0 / 25600.0
@@ -54,29 +54,43 @@ class Motion(NamedTuple):
 
 
 @compiled
-def _step(time: float, state: Floats, step: float, p: PlantParameters, host: Floats, table: Floats) -> Floats:
-    k1 = derivative(time, state, p, host, table)
-    k2 = derivative(time + 0.5 * step, state + 0.5 * step * k1, p, host, table)
-    k3 = derivative(time + 0.5 * step, state + 0.5 * step * k2, p, host, table)
-    k4 = derivative(time + step, state + step * k3, p, host, table)
-    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+def _step(
+    time: float, state: Floats, step: float, p: PlantParameters, host: Floats, table: Floats, rates: Floats, new: Floats
+) -> None:
+    """The state a step later, into `new`; `rates` (5, STATES): room for the four stages' rates and where they are
+    asked."""
+    at, stage_s = rates[4], time
+    copy_into(at, state)
+    for stage in range(4):
+        rate_into(stage_s, at, p, host, table, rates[stage])
+        if stage < 3:
+            part = step if stage == 2 else 0.5 * step
+            stage_s = time + part
+            for i in range(STATES):
+                at[i] = state[i] + part * rates[stage, i]
+    for i in range(STATES):
+        new[i] = state[i] + step / 6.0 * (rates[0, i] + 2.0 * rates[1, i] + 2.0 * rates[2, i] + rates[3, i])
 
 
 @compiled
-def _touch(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> tuple[float, Floats]:
-    """The first instant within the coming step at which the disk is past the wall: bisection on the step's
-    length."""
+def _touch(
+    time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, rates: Floats, new: Floats
+) -> float:
+    """The first instant within the coming step at which the disk is past the wall: bisection on the step's length; its
+    state into `new`."""
     low, high = 0.0, STEP_S
     for _ in range(40):
         middle = 0.5 * (low + high)
-        if wall_gap(time + middle, _step(time, state, middle, p, host, table), p, host)[0] < 0.0:
+        _step(time, state, middle, p, host, table, rates, new)
+        if wall_gap(time + middle, new, p, host)[0] < 0.0:
             high = middle
         else:
             low = middle
-    return time + high, _step(time, state, high, p, host, table)
+    _step(time, state, high, p, host, table, rates, new)
+    return time + high
 
 
-@compiled
+@making_arrays
 def _with_swings(lines: Floats, p: PlantParameters) -> Floats:
     """The Host's lines, and two more (x, y) of one that gives: swings of no size yet."""
     if p.recoil_kg == 0.0:
@@ -104,31 +118,58 @@ def _push(rows: Floats, time: float, change_x: float, change_y: float, p: PlantP
 
 
 @compiled
-def _run(
-    duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats
-) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
-    nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
-    impacts, kicks, normals, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty(4000), np.empty((400, 2))
-    n, n_impact, n_held, n_swing, n_line = 0, 0, 0, 0, lines.shape[0]
-    gives, host = p.recoil_kg > 0.0, _with_swings(lines, p)
-    swings = np.zeros((nodes.shape[0] if gives else 0, 2, 7))
+def _note(node: Floats, time: float, state: Floats, held: float) -> None:
+    node[0], node[7] = time, held
+    for i in range(6):
+        node[1 + i] = state[i]
+
+
+@compiled
+def _swung(swings: Floats, rows: Floats) -> None:
+    """Keep the Host's swings (2, 7) as they are from now on."""
+    for axis in range(2):
+        copy_into(swings[axis], rows[axis])
+
+
+@compiled
+def _move(
+    duration_s: float,
+    p: PlantParameters,
+    host: Floats,
+    n_line: int,
+    table: Floats,
+    scatter: Floats,
+    work: Floats,
+    nodes: Floats,
+    impacts: Floats,
+    held: Floats,
+    kicks: Floats,
+    normals: Floats,
+    swings: Floats,
+) -> tuple[int, int, int, int]:
+    """Fill what `Motion` has; counts of nodes, impacts, contacts that lasted and swings.  `work` (8, STATES): the state
+    to begin with, and room."""
+    state, new, rates, no_chance = work[0], work[1], work[2:7], work[7]
+    n, n_impact, n_held, n_swing = 0, 0, 0, 0
+    gives = p.recoil_kg > 0.0
     soft = p.contact_time_s > 0.0
     spring = spring_dashpot(p) if soft else (0.0, 0.0, 0.0)
     sustained = 5.0 * p.contact_time_s
     time, touching, since = START_S, False, 0.0
     while time < duration_s and n < nodes.shape[0] - 4 and n_impact < 3990 and n_held < 390:
-        nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 1.0 if touching else 0.0
+        _note(nodes[n], time, state, 1.0 if touching else 0.0)
         n += 1
         if touching and time - since > LONGEST_HELD_S:
             break
         if touching and soft:
-            new = compliant_step(time, state, STEP_S, p, host, table, spring)
+            compliant_step(time, state, STEP_S, p, host, table, spring, rates, new)
         else:
-            new = _step(time, state, STEP_S, p, host, table)
+            _step(time, state, STEP_S, p, host, table, rates, new)
         gap = wall_gap(time + STEP_S, new, p, host)[0]
         if touching:
             if gap < 0.0 and not soft:
-                new = impact(time + STEP_S, new, p, host, np.zeros(2), 0.0)[0]
+                copy_into(rates[0], new)
+                strike(time + STEP_S, rates[0], p, host, no_chance, 0.0, new)
             elif gap > (0.0 if soft else RELEASE_GAP_M):
                 touching = False
                 new[STRETCH] = 0.0
@@ -138,33 +179,50 @@ def _run(
         if touching or gap >= 0.0:
             if gives:
                 _push(host[n_line:], time + STEP_S, new[VX] - state[VX], new[VY] - state[VY], p)
-                swings[n_swing] = host[n_line:]
+                _swung(swings[n_swing], host[n_line:])
                 n_swing += 1
-            time, state = time + STEP_S, new
+            time += STEP_S
+            copy_into(state, new)
             continue
-        time, state = _touch(time, state, p, host, table)
-        nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time - 1e-12, state[:6], 0.0
+        time = _touch(time, state, p, host, table, rates, new)
+        copy_into(state, new)
+        _note(nodes[n], time - 1e-12, state, 0.0)
         n += 1
-        new, speed, slip = impact(time, state, p, host, scatter[n_impact], 1.0)
+        speed, slip = strike(time, state, p, host, scatter[n_impact], 1.0, new)
         impacts[n_impact, 0], impacts[n_impact, 1], impacts[n_impact, 2] = time, speed, slip
         kicks[n_impact, 0], kicks[n_impact, 1] = new[VX] - state[VX], new[VY] - state[VY]
         normals[n_impact] = new[NORMAL]
         if gives:
             _push(host[n_line:], time, kicks[n_impact, 0], kicks[n_impact, 1], p)
-            swings[n_swing] = host[n_line:]
+            _swung(swings[n_swing], host[n_line:])
             n_swing += 1
         n_impact += 1
         if not soft:
-            state = new
+            copy_into(state, new)
         state[IMPACT_S], state[COUNT], state[WAY_BEFORE] = time, n_impact, state[WAY]
         if soft or speed < HOLD_SPEED_M_PER_S:
             touching, since = True, time
     if touching and time - since > sustained:
         held[n_held, 0], held[n_held, 1] = since, time
         n_held += 1
-    nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 1.0 if touching else 0.0
+    _note(nodes[n], time, state, 1.0 if touching else 0.0)
+    return n + 1, n_impact, n_held, n_swing
+
+
+@making_arrays
+def _run(
+    duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
+    nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
+    impacts, kicks, normals, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty(4000), np.empty((400, 2))
+    swings = np.zeros((nodes.shape[0] if p.recoil_kg > 0.0 else 0, 2, 7))
+    host, work = _with_swings(lines, p), np.zeros((8, STATES))
+    work[0] = state
+    n, n_impact, n_held, n_swing = _move(
+        duration_s, p, host, lines.shape[0], table, scatter, work, nodes, impacts, held, kicks, normals, swings
+    )
     return (
-        nodes[: n + 1].copy(),
+        nodes[:n].copy(),
         impacts[:n_impact].copy(),
         held[:n_held].copy(),
         kicks[:n_impact].copy(),

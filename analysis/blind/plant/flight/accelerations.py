@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled, inlined
+from analysis.blind.plant.compiled import Floats, inlined, making_arrays
 from analysis.blind.plant.flight.air import add_air, drag_rate
 from analysis.blind.plant.flight.fields import add_fields
 from analysis.blind.plant.flight.floor_friction import add_age, add_charge, add_oil, floor_friction
@@ -16,11 +16,21 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, LAG_X, LAG_Y, SPIN, STATES, VX, VY, WAY, X, Y
 
 
-@compiled
+@making_arrays
 def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats) -> Floats:
-    """Rate of the state (its numbers: `plant.state`) in flight; `host`: lines of its path (`host_pose`), `table`:
+    """`rate_into` a new array, for Python."""
+    out = np.empty(STATES)
+    rate_into(time, state, p, host, table, out)
+    return out
+
+
+@inlined
+def rate_into(time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, out: Floats) -> None:
+    """Rate of the state (its numbers: `plant.state`) in flight; `host`: lines of its path (`pose_of`), `table`:
     `disk_friction_table`."""
-    at, out = instant_of(time, state, p, host), np.zeros(STATES)
+    for i in range(STATES):
+        out[i] = 0.0
+    at = instant_of(time, state, p, host)
     force_x, force_y, turn = _floor(at, p, table, out)
     drag = drag_rate(state[VX], state[VY], p)
     out[X], out[Y], out[ANGLE] = state[VX], state[VY], state[SPIN]
@@ -36,7 +46,6 @@ def derivative(time: float, state: Floats, p: PlantParameters, host: Floats, tab
     add_dust(at, p, out)
     add_wobble(at, p, out)
     add_films(at, p, out)
-    return out
 
 
 @inlined

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
-from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.host import Four, pose_of
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, SPIN, VX, VY, X, Y
 
@@ -25,16 +25,16 @@ class Instant(NamedTuple):
     turning: float  # and over the floor
     arm_x: float  # from the centre of mass to the disk's middle (m)
     arm_y: float
-    host_position: Floats
-    host_velocity: Floats
-    host_acceleration: Floats
+    host_position: Four
+    host_velocity: Four
+    host_acceleration: Four
 
 
-@compiled
+@inlined
 def instant_of(time: float, state: Floats, p: PlantParameters, host: Floats) -> Instant:
     """The disk at `time`, over a floor that may stay behind the Host (`loose_floor`) or turn below it
     (`floor_turn_rad_per_s`), or swing about its one screw by `swing_rad_per_m` times the Host's way along x."""
-    position, velocity, acceleration = host_pose(time, host)
+    position, velocity, acceleration = pose_of(time, host)
     cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)
     arm_y = -(sine * p.mass_x_m + cosine * p.mass_y_m)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
-from analysis.blind.plant.host import host_pose
+from analysis.blind.plant.host import Four, pose_of
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, IMPACT_S, SPIN, X, Y
 from analysis.blind.plant.wall.motion import sleeve_speed, swinging_speed
@@ -34,8 +34,8 @@ class Blow(NamedTuple):
     since_s: float  # since the blow before
     chance: float  # of its own, standard normal: of the restitution ...
     other_chance: float  # ... and another one
-    host_velocity: Floats
-    host_acceleration: Floats
+    host_velocity: Four
+    host_acceleration: Four
 
 
 @compiled
@@ -51,7 +51,7 @@ def blow_of(
 ) -> Blow:
     """The blow along `normal` of a disk that meets the wall with an approach, a slip and an arm (x, y)."""
     (nx, ny), (approach, slip, arm_x, arm_y) = normal, meeting
-    position, velocity, acceleration = host_pose(time, host)
+    position, velocity, acceleration = pose_of(time, host)
     normal_rad = np.arctan2(ny, nx)
     beside = corner_lever(approach, normal_rad - state[ANGLE], p) * bounce
     arm_x, arm_y = arm_x - beside * ny, arm_y + beside * nx

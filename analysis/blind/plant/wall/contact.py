@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
-from analysis.blind.plant.host import host_jerk, host_pose
+from analysis.blind.plant.compiled import Floats, compiled, copy_into, making_arrays
+from analysis.blind.plant.host import jerk_of, pose_of
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, IMPACT_S, SPIN, VX, VY, X, Y
 from analysis.blind.plant.wall.after_blow import press_down, remember, remember_swing, spin_after
@@ -16,7 +16,7 @@ from analysis.blind.plant.wall.shape import flat_gap, reach, rim_middle, rim_rea
 @compiled
 def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tuple[float, float, float]:
     """Distance of the disk's middle from the curve it may reach, and the wall's outward normal (x, y)."""
-    position, velocity, acceleration = host_pose(time, host)
+    position, velocity, acceleration = pose_of(time, host)
     cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
     turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
     x = state[X] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
@@ -50,7 +50,7 @@ def contact_velocity(
 ) -> tuple[float, float, float, float]:
     """Approach speed along the normal, slip along the tangent (-ny, nx), and the contact's arm from the
     centre of mass."""
-    position, velocity, acceleration = host_pose(time, host)
+    position, velocity, acceleration = pose_of(time, host)
     cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
     rim_x, rim_y = rim_middle(state[ANGLE], p)
     arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m) + rim_x
@@ -67,18 +67,28 @@ def contact_velocity(
     ux = state[VX] - state[SPIN] * arm_y - velocity[0] + velocity[2] * from_y
     uy = state[VY] + state[SPIN] * arm_x - velocity[1] - velocity[2] * from_x
     if p.squash_m != 0.0 and from_x * nx + from_y * ny > 0.0:  # the ring's own speed, not a cylinder's
-        moves = squashed(np.arctan2(from_y, from_x), host_jerk(time, host), p)[0]
+        moves = squashed(np.arctan2(from_y, from_x), jerk_of(time, host), p)[0]
         ux, uy = ux - moves * nx, uy - moves * ny
     moves_x, moves_y = wall_velocity(time, state, acceleration, p, host)
     ux, uy = ux - moves_x, uy - moves_y
     return ux * nx + uy * ny + widening(time, state, p), -ux * ny + uy * nx, arm_x, arm_y
 
 
-@compiled
+@making_arrays
 def impact(
     time: float, state: Floats, p: PlantParameters, host: Floats, scatter: Floats, bounce: float
 ) -> tuple[Floats, float, float]:
-    """State after the impulse, approach speed, slip before. `bounce` 0 holds the disk: no rebound, stick at
+    """`strike`'s state in a new array and what it gives, for Python."""
+    new = state.copy()
+    speed, slip = strike(time, state, p, host, scatter, bounce, new)
+    return new, speed, slip
+
+
+@compiled
+def strike(
+    time: float, state: Floats, p: PlantParameters, host: Floats, scatter: Floats, bounce: float, new: Floats
+) -> tuple[float, float]:
+    """State after the impulse into `new`; approach speed, slip before. `bounce` 0 holds the disk: no rebound, stick at
     best; `scatter` (2,): this impact's own chances, of its restitution and of the wall's normal.
 
     Both impulses come from the target velocities through the contact's compliance matrix; beyond the
@@ -88,12 +98,12 @@ def impact(
     gap, nx, ny = wall_gap(time, state, p, host)
     nx, ny = leaning(nx, ny, scatter[1], bounce, p)
     meeting = contact_velocity(time, state, p, host, nx, ny)
-    new = state.copy()
+    copy_into(new, state)
     _put_back(new, gap, nx, ny)
     if meeting[0] <= 0.0:
         if bounce > 0.0:
             remember_swing(new, state, time, p)
-        return new, 0.0, meeting[1]
+        return 0.0, meeting[1]
     blow = blow_of(time, state, p, host, scatter, bounce, (nx, ny), meeting)
     push_n, push_t = impulses(blow, state, bounce, p)
     remember(new, state, blow, push_n, push_t, bounce, p)
@@ -106,7 +116,7 @@ def impact(
     if p.swollen_m != 0.0 or p.tipped_m != 0.0:  # where it may be at its new spin, as it now lies
         gap, nx, ny = wall_gap(time, new, p, host)
         _put_back(new, gap, nx, ny)
-    return new, blow.approach, blow.slip_host
+    return blow.approach, blow.slip_host
 
 
 @compiled

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, compiled
-from analysis.blind.plant.flight.accelerations import derivative
+from analysis.blind.plant.compiled import Floats, compiled, copy_into
+from analysis.blind.plant.flight.accelerations import rate_into
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import SPIN, STRETCH, VX, VY
+from analysis.blind.plant.state import SPIN, STATES, STRETCH, VX, VY
 from analysis.blind.plant.wall.contact import contact_velocity, wall_gap
 
 
@@ -32,35 +32,47 @@ def compliant_step(
     host: Floats,
     table: Floats,
     spring: tuple[float, float, float],
-) -> Floats:
-    """Advance by `step` in contact through a Kelvin-Voigt normal and a tangential spring with a Coulomb
-    limit.
+    rates: Floats,
+    new: Floats,
+) -> None:
+    """Advance by `step` into `new`, in contact through a Kelvin-Voigt normal and a tangential spring with a Coulomb
+    limit; `rates` (2 or more, STATES): room to work in.
 
-    `state[STRETCH]` is the stretch of the tangential spring. Midpoint steps of a four-hundredth of the contact's
+    `new[STRETCH]` is the stretch of the tangential spring. Midpoint steps of a four-hundredth of the contact's
     duration.
     """
     count = int(np.ceil(step / p.contact_time_s * 400.0))
     h = step / count
+    copy_into(new, state)
+    rate, middle = rates[0], rates[1]
     for _ in range(count):
-        first = _pushed(time, state, p, host, table, spring)[0]
-        middle, force = _pushed(time + 0.5 * h, state + 0.5 * h * first, p, host, table, spring)
-        state = state + h * middle
+        _pushed(time, new, p, host, table, spring, rate)
+        for i in range(STATES):
+            middle[i] = new[i] + 0.5 * h * rate[i]
+        force = _pushed(time + 0.5 * h, middle, p, host, table, spring, rate)
+        for i in range(STATES):
+            new[i] += h * rate[i]
         limit = p.wall_friction * force / spring[2]
-        state[STRETCH] = min(max(state[STRETCH], -limit), limit)
+        new[STRETCH] = min(max(new[STRETCH], -limit), limit)
         time += h
-    return state
 
 
 @compiled
 def _pushed(
-    time: float, state: Floats, p: PlantParameters, host: Floats, table: Floats, spring: tuple[float, float, float]
-) -> tuple[Floats, float]:
-    """Rate of the state and the wall's normal force per unit mass (never pulling)."""
+    time: float,
+    state: Floats,
+    p: PlantParameters,
+    host: Floats,
+    table: Floats,
+    spring: tuple[float, float, float],
+    out: Floats,
+) -> float:
+    """Rate of the state into `out`, and the wall's normal force per unit mass (never pulling)."""
     stiffness, damping, tangential = spring
-    out = derivative(time, state, p, host, table)
+    rate_into(time, state, p, host, table, out)
     gap, nx, ny = wall_gap(time, state, p, host)
     if gap >= 0.0:
-        return out, 0.0
+        return 0.0
     approach, slip, arm_x, arm_y = contact_velocity(time, state, p, host, nx, ny)
     force = max(-stiffness * gap + damping * approach, 0.0)
     limit = p.wall_friction * force
@@ -70,4 +82,4 @@ def _pushed(
     out[VY] += fy
     out[SPIN] += (arm_x * fy - arm_y * fx) / (p.inertia_factor * p.disk_radius_m**2)
     out[STRETCH] = slip
-    return out, force
+    return force

@@ -4,7 +4,7 @@ leaking, turning."""
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
-from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2, host_jerk
+from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2, Four, jerk_of
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import COUNT, IMPACT_S, NOD_VX, NOD_VY, NOD_X, NOD_Y, NORMAL, SLEEVE, TIRED
 
@@ -18,7 +18,7 @@ Vector = tuple[float, float]
 
 @inlined
 def wall_offset(
-    time: float, state: Floats, velocity: Floats, acceleration: Floats, p: PlantParameters
+    time: float, state: Floats, velocity: Four, acceleration: Four, p: PlantParameters
 ) -> tuple[float, float]:
     """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, on springs, on one
     screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity` and
@@ -49,16 +49,16 @@ def wall_offset(
 
 @compiled
 def wall_velocity(
-    time: float, state: Floats, acceleration: Floats, p: PlantParameters, host: Floats
+    time: float, state: Floats, acceleration: Four, p: PlantParameters, host: Floats
 ) -> tuple[float, float]:
     """How fast the wall moves in the Host (x, y in m/s): the rate of `wall_offset` between two blows."""
     x, y = 0.0, 0.0
     if p.springy_m != 0.0:
-        jerk = host_jerk(time, host)
+        jerk = jerk_of(time, host)
         x -= p.springy_m * jerk[0] / HOST_M_PER_S2
         y -= p.springy_m * jerk[1] / HOST_M_PER_S2
     if p.hinged_m != 0.0:
-        moves_x, moves_y = _hinged(host_jerk(time, host), p)
+        moves_x, moves_y = _hinged(jerk_of(time, host), p)
         x, y = x + moves_x, y + moves_y
     if p.slipping_m != 0.0:
         speed = 2.0 * p.slipping_m / p.duration_s
@@ -76,7 +76,7 @@ def wall_velocity(
 
 
 @inlined
-def _hinged(rate: Floats, p: PlantParameters) -> Vector:
+def _hinged(rate: Four, p: PlantParameters) -> Vector:
     """How far a ring is off that is screwed down at one side only, and gives about that screw: along `hinged_rad`, by
     `hinged_m` at `HOST_M_PER_S2` of the Host's acceleration along it.  Of its jerk it is the ring's own speed."""
     c, s = np.cos(p.hinged_rad), np.sin(p.hinged_rad)
@@ -92,7 +92,7 @@ def _slipped(time: float, p: PlantParameters) -> Vector:
 
 
 @inlined
-def _trailing(rate: Floats, p: PlantParameters) -> Vector:
+def _trailing(rate: Four, p: PlantParameters) -> Vector:
     """How far a ring on thick soft tape is off: it trails behind the Host's velocity, by `trailing_m` at
     `HOST_M_PER_S`.  Of the Host's acceleration, in place of its velocity, it is the ring's own speed."""
     return -p.trailing_m * rate[0] / HOST_M_PER_S, -p.trailing_m * rate[1] / HOST_M_PER_S
@@ -126,7 +126,7 @@ def swing(time: float, state: Floats, p: PlantParameters) -> tuple[float, float,
 
 
 @inlined
-def squashed(azimuth: float, acceleration: Floats, p: PlantParameters) -> Vector:
+def squashed(azimuth: float, acceleration: Four, p: PlantParameters) -> Vector:
     """How much farther the disk's middle gets along `azimuth` in a ring that the Host's `acceleration` squashes, and
     the slope of that (m, m per rad); of the Host's jerk the first is the wall's own speed."""
     start = acceleration[0] * np.cos(p.squash_rad) + acceleration[1] * np.sin(p.squash_rad)
@@ -158,7 +158,7 @@ def sleeve_speed(time: float, state: Floats, p: PlantParameters) -> float:
 
 
 @inlined
-def swinging_speed(host_velocity: Floats, p: PlantParameters) -> float:
+def swinging_speed(host_velocity: Four, p: PlantParameters) -> float:
     """How fast the surface of a ring goes round (m/s, counterclockwise) that is heavier at one side and can turn in its
     seat: it swings with the Host, by `swinging_m_per_s` at `HOST_M_PER_S` along `swinging_rad`."""
     along = host_velocity[0] * np.cos(p.swinging_rad) + host_velocity[1] * np.sin(p.swinging_rad)
