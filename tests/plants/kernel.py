@@ -99,9 +99,12 @@ def sliding_table(count: int = 4001) -> np.ndarray:
 
 
 LINE_COLUMNS = 8
+# What makes no array counts no references on those that it is given.
+compiled = njit(cache=True, _nrt=False)
+making_arrays = njit(cache=True)
 
 
-@njit(cache=True)
+@compiled
 def host_at(time, lines):
     """Host's position, velocity and acceleration (each x, y, rotation, z).
 
@@ -109,7 +112,9 @@ def host_at(time, lines):
     before), rise (s; 0: at once) and decay (1/s): a sine, a chirp, a start-up, or what rings after an impact, and any
     sum of them.
     """
-    where, speed, change = np.zeros(4), np.zeros(4), np.zeros(4)
+    x0, y0, r0, z0 = 0.0, 0.0, 0.0, 0.0
+    x1, y1, r1, z1 = 0.0, 0.0, 0.0, 0.0
+    x2, y2, r2, z2 = 0.0, 0.0, 0.0, 0.0
     for i in range(lines.shape[0]):
         if lines[i, 0] < 0.0:
             break
@@ -129,13 +134,21 @@ def host_at(time, lines):
         elif decay > 0.0:
             g = math.exp(-decay * late)
             g1, g2 = -decay * g, decay * decay * g
-        where[axis] += size * g * sine
-        speed[axis] += size * (g1 * sine + g * omega * cosine)
-        change[axis] += size * (g2 * sine + 2.0 * g1 * omega * cosine + g * (sweep * cosine - omega * omega * sine))
-    return where, speed, change
+        moved = size * g * sine
+        moves = size * (g1 * sine + g * omega * cosine)
+        changes = size * (g2 * sine + 2.0 * g1 * omega * cosine + g * (sweep * cosine - omega * omega * sine))
+        if axis == 0:
+            x0, x1, x2 = x0 + moved, x1 + moves, x2 + changes
+        elif axis == 1:
+            y0, y1, y2 = y0 + moved, y1 + moves, y2 + changes
+        elif axis == 2:
+            r0, r1, r2 = r0 + moved, r1 + moves, r2 + changes
+        else:
+            z0, z1, z2 = z0 + moved, z1 + moves, z2 + changes
+    return (x0, y0, r0, z0), (x1, y1, r1, z1), (x2, y2, r2, z2)
 
 
-@njit(cache=True)
+@compiled
 def _floor(p, x, y, slip_x, slip_y, spin, level, since_s, load, table):
     """Friction of the floor on the disk, per unit mass: force at its middle, torque about it."""
     speed, rim = math.hypot(slip_x, slip_y), p.radius_m * abs(spin)
@@ -171,17 +184,17 @@ def _floor(p, x, y, slip_x, slip_y, spin, level, since_s, load, table):
     return mu * load * along_x, mu * load * along_y, mu * load * torque
 
 
-@njit(cache=True)
+@compiled
 def middle_of(state, p):
     """From the centre of mass to the disk's middle, in the rig's frame."""
     c, s = math.cos(state[2]), math.sin(state[2])
     return -(c * p.mass_x_m - s * p.mass_y_m), -(s * p.mass_x_m + c * p.mass_y_m)
 
 
-@njit(cache=True)
-def free_rate(time, state, p, harmonics, gust, table):
-    """Rate of (x, y, angle, vx, vy, spin, memory, time of the last impact) away from the wall; x, y of the centre of
-    mass.
+@compiled
+def free_rate(time, state, p, harmonics, gust, table, out):
+    """Rate of (x, y, angle, vx, vy, spin, memory, time of the last impact) away from the wall, into ``out``; x, y of
+    the centre of mass.
     """
     where, speed, change = host_at(time, harmonics)
     arm_x, arm_y = middle_of(state, p)
@@ -192,8 +205,7 @@ def free_rate(time, state, p, harmonics, gust, table):
     load = max(GRAVITY_M_PER_S2 + change[3], 0.0)
     fx, fy, torque = _floor(p, x, y, slip_x, slip_y, spin - speed[2], state[6], time - state[7], load, table)
     inertia = p.inertia_factor * p.radius_m**2
-    out = np.zeros(8)
-    out[0], out[1], out[2] = vx, vy, spin
+    out[0], out[1], out[2], out[6], out[7] = vx, vy, spin, 0.0, 0.0
     drag = p.viscous_per_s + p.air_per_m * math.hypot(vx, vy)
     lift = p.lift * spin
     out[3] = fx - drag * vx - lift * vy + p.tilt_x_m_per_s2
@@ -210,10 +222,9 @@ def free_rate(time, state, p, harmonics, gust, table):
         share = place - low
         out[3] += gust[low, 1] + share * (gust[low + 1, 1] - gust[low, 1])
         out[4] += gust[low, 2] + share * (gust[low + 1, 2] - gust[low, 2])
-    return out
 
 
-@njit(cache=True)
+@compiled
 def nearest(x, y, turn, p):
     """Gap, outward normal, how much it bends (1/m, a ring's > 0) and number of the surface next to the disk's middle at
     x, y from the Host's; ``turn`` of the Host.  0: the ring, 1 and on: sides, -1: the cylinder.
@@ -230,7 +241,7 @@ def nearest(x, y, turn, p):
     return gap, nx, ny, bend, number
 
 
-@njit(cache=True)
+@compiled
 def surface_at(time, state, p, harmonics):
     """How much the surface next to the disk bends, and its number."""
     where, _, _ = host_at(time, harmonics)
@@ -239,7 +250,7 @@ def surface_at(time, state, p, harmonics):
     return bend, number
 
 
-@njit(cache=True)
+@compiled
 def wall_at(time, state, p, harmonics):
     """Gap to the wall, its outward normal, approach speed and slip at the contact, arm of the contact from the centre
     of mass.
@@ -255,12 +266,12 @@ def wall_at(time, state, p, harmonics):
     return gap, nx, ny, ux * nx + uy * ny, -ux * ny + uy * nx, cx, cy
 
 
-@njit(cache=True)
-def pressed(time, state, p, harmonics, gust, table):
-    """Rate of the state, and what the wall must push per unit mass to keep the disk at it; <= 0 where it would have to
-    pull.
+@compiled
+def pressed(time, state, p, harmonics, gust, table, out):
+    """Rate of the free state into ``out``; what the wall must push per unit mass to keep the disk at it; <= 0 where it
+    would have to pull.
     """
-    out = free_rate(time, state, p, harmonics, gust, table)
+    free_rate(time, state, p, harmonics, gust, table, out)
     _, nx, ny, _, slip, cx, cy = wall_at(time, state, p, harmonics)
     _, speed, change = host_at(time, harmonics)
     arm_x, arm_y = middle_of(state, p)
@@ -275,47 +286,50 @@ def pressed(time, state, p, harmonics, gust, table):
     fx, fy = -nx + rub * ny, -ny - rub * nx
     turn = (cx * fy - cy * fx) / (p.inertia_factor * p.radius_m**2)
     yields = (fx - turn * arm_y) * nx + (fy + turn * arm_x) * ny
-    return out, -outward / yields, fx, fy, turn
+    return -outward / yields, fx, fy, turn
 
 
-@njit(cache=True)
-def held_rate(time, state, p, harmonics, gust, table):
-    """Rate of the state while the wall holds the disk."""
-    out, push, fx, fy, turn = pressed(time, state, p, harmonics, gust, table)
+@compiled
+def held_rate(time, state, p, harmonics, gust, table, out):
+    """Rate of the state while the wall holds the disk, into ``out``."""
+    push, fx, fy, turn = pressed(time, state, p, harmonics, gust, table, out)
     push = max(push, 0.0)
     out[3] += push * fx
     out[4] += push * fy
     out[5] += push * turn
-    return out
 
 
-@njit(cache=True)
-def stepped(time, state, step, held, p, harmonics, gust, table):
-    """One classical Runge-Kutta step."""
-    if held:
-        a = held_rate(time, state, p, harmonics, gust, table)
-        b = held_rate(time + 0.5 * step, state + 0.5 * step * a, p, harmonics, gust, table)
-        c = held_rate(time + 0.5 * step, state + 0.5 * step * b, p, harmonics, gust, table)
-        d = held_rate(time + step, state + step * c, p, harmonics, gust, table)
-    else:
-        a = free_rate(time, state, p, harmonics, gust, table)
-        b = free_rate(time + 0.5 * step, state + 0.5 * step * a, p, harmonics, gust, table)
-        c = free_rate(time + 0.5 * step, state + 0.5 * step * b, p, harmonics, gust, table)
-        d = free_rate(time + step, state + step * c, p, harmonics, gust, table)
-    return state + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+@compiled
+def stepped(time, state, step, held, p, harmonics, gust, table, work, new):
+    """One classical Runge-Kutta step into ``new``; ``work`` (5, 8): the four rates and where they are asked."""
+    at, now = work[4], time
+    for i in range(8):
+        at[i] = state[i]
+    for stage in range(4):
+        if held:
+            held_rate(now, at, p, harmonics, gust, table, work[stage])
+        else:
+            free_rate(now, at, p, harmonics, gust, table, work[stage])
+        if stage < 3:
+            part = step if stage == 2 else 0.5 * step
+            now = time + part
+            for i in range(8):
+                at[i] = state[i] + part * work[stage, i]
+    for i in range(8):
+        new[i] = state[i] + step / 6.0 * (work[0, i] + 2.0 * work[1, i] + 2.0 * work[2, i] + work[3, i])
 
 
-@njit(cache=True)
-def struck(state, nx, ny, cx, cy, restitution, wall_friction, tangential_restitution, inertia):
-    """State after the impulse at a contact with arm (cx, cy) and outward normal (nx, ny), velocities against a wall at
-    rest.
+@compiled
+def kicked(vx, vy, spin, nx, ny, cx, cy, restitution, wall_friction, tangential_restitution, inertia):
+    """Changes of vx, vy and spin by the impulse at a contact with arm (cx, cy) and outward normal (nx, ny), velocities
+    against a wall at rest.
 
     Luding's law as the thesis has it: rebound with the restitution, reversal of the slip with the tangential one, the
     tangential impulse never above mu_c times the normal.  Solved with both arms, so that an eccentric mass is treated
     as exactly as a centred one. Returns also whether the contact slid.
     """
-    un = (state[3] - state[5] * cy) * nx + (state[4] + state[5] * cx) * ny
-    ut = -(state[3] - state[5] * cy) * ny + (state[4] + state[5] * cx) * nx
+    un = (vx - spin * cy) * nx + (vy + spin * cx) * ny
+    ut = -(vx - spin * cy) * ny + (vy + spin * cx) * nx
     turn_n, turn_t = cx * ny - cy * nx, cx * nx + cy * ny
     nn, tt, nt = 1.0 + turn_n**2 / inertia, 1.0 + turn_t**2 / inertia, turn_n * turn_t / inertia
     want_n, want_t = -(1.0 + restitution) * un, -(1.0 + tangential_restitution) * ut
@@ -326,46 +340,62 @@ def struck(state, nx, ny, cx, cy, restitution, wall_friction, tangential_restitu
         side = -1.0 if ut > 0.0 else 1.0
         jn = want_n / (nn - side * wall_friction * nt)
         jt = side * wall_friction * abs(jn)
+    return jn * nx - jt * ny, jn * ny + jt * nx, (jn * turn_n + jt * turn_t) / inertia, slid
+
+
+@making_arrays
+def struck(state, nx, ny, cx, cy, restitution, wall_friction, tangential_restitution, inertia):
+    """State after :func:`kicked`, and whether the contact slid."""
     new = state.copy()
-    new[3] += jn * nx - jt * ny
-    new[4] += jn * ny + jt * nx
-    new[5] += (jn * turn_n + jt * turn_t) / inertia
+    x, y, turn, slid = kicked(
+        state[3], state[4], state[5], nx, ny, cx, cy, restitution, wall_friction, tangential_restitution, inertia
+    )
+    new[3] += x
+    new[4] += y
+    new[5] += turn
     return new, slid
 
 
-@njit(cache=True)
-def strike(time, state, p, harmonics, drawn):
-    """Impact with the moving wall; state after, and (approach, slip, restitution, azimuth, leaving speed, slip after,
-    slid).
+@compiled
+def strike(time, state, p, harmonics, drawn, told):
+    """Impact with the moving wall, in place; ``told``: approach, slip, restitution, azimuth, leaving speed, slip after,
+    slid.
     """
     gap, nx, ny, approach, slip, cx, cy = wall_at(time, state, p, harmonics)
     where, speed, _ = host_at(time, harmonics)
     state[0] += gap * nx
     state[1] += gap * ny
     from_x, from_y = state[0] + cx - where[0], state[1] + cy - where[1]
-    told = np.array([approach, slip, 0.0, math.atan2(from_y, from_x), -approach, slip, 0.0])
+    told[0], told[1], told[2], told[3] = approach, slip, 0.0, math.atan2(from_y, from_x)
+    told[4], told[5], told[6] = -approach, slip, 0.0
     if approach <= 0.0:
-        return state, told
+        return
     value = p.restitution - p.restitution_fall_s_per_m * approach + p.restitution_scatter * drawn[0]
     value = min(max(value, 0.05), 0.98)
     away = p.wall_roughness_rad * drawn[1]
     rx, ry = nx * math.cos(away) - ny * math.sin(away), nx * math.sin(away) + ny * math.cos(away)
-    moving = state.copy()  # seen from the wall's contact point
+    # seen from the wall's contact point
     wall_x, wall_y = speed[0] - speed[2] * from_y, speed[1] + speed[2] * from_x
-    moving[3] -= wall_x
-    moving[4] -= wall_y
-    moving, slid = struck(
-        moving, rx, ry, cx, cy, value, p.wall_friction, p.tangential_restitution, p.inertia_factor * p.radius_m**2
+    vx, vy, inertia = state[3] - wall_x, state[4] - wall_y, p.inertia_factor * p.radius_m**2
+    x, y, turn, slid = kicked(
+        vx, vy, state[5], rx, ry, cx, cy, value, p.wall_friction, p.tangential_restitution, inertia
     )
-    moving[3] += wall_x
-    moving[4] += wall_y
-    moving[7] = time
-    _, _, _, after, slip_after, _, _ = wall_at(time, moving, p, harmonics)
+    state[3] = vx + x + wall_x
+    state[4] = vy + y + wall_y
+    state[5] += turn
+    state[7] = time
+    _, _, _, after, slip_after, _, _ = wall_at(time, state, p, harmonics)
     told[2], told[4], told[5], told[6] = value, -after, slip_after, 1.0 if slid else 0.0
-    return moving, told
 
 
-@njit(cache=True)
+@compiled
+def _note(node, time, state, held):
+    node[0], node[7] = time, held
+    for i in range(6):
+        node[1 + i] = state[i]
+
+
+@making_arrays
 def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
     """Move the disk for ``duration_s`` from time 0, or until the wall has held it for ``longest_hold_s``.
 
@@ -374,10 +404,20 @@ def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
     """
     nodes = np.empty((int(duration_s / p.step_s) + 4 * drawn.shape[0] + 10, 8))
     impacts, holds = np.empty((drawn.shape[0], 8)), np.empty((drawn.shape[0], 2))
-    n = k = h = 0
+    work = np.zeros((8, 8))
+    work[0] = state
+    n, k, h = _move(duration_s, longest_hold_s, p, harmonics, gust, table, drawn, work, nodes, impacts, holds)
+    return nodes[:n].copy(), impacts[:k].copy(), holds[:h].copy()
+
+
+@compiled
+def _move(duration_s, longest_hold_s, p, harmonics, gust, table, drawn, work, nodes, impacts, holds):
+    """Fill them; how many there are of each.  ``work`` (8, 8): the state to begin with, and room."""
+    state, new, rate, rates = work[0], work[1], work[2], work[3:]
+    n, k, h = 0, 0, 0
     time, held = 0.0, False
     while True:
-        nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 1.0 if held else 0.0
+        _note(nodes[n], time, state, 1.0 if held else 0.0)
         n += 1
         left = duration_s - time
         if left < 1e-9 * p.step_s or k == drawn.shape[0] or h == holds.shape[0] - 1:
@@ -385,11 +425,11 @@ def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
         if held and time - holds[h, 0] > longest_hold_s:
             break
         step = min(p.step_s, left)
-        if held and pressed(time, state, p, harmonics, gust, table)[1] <= 0.0:
+        if held and pressed(time, state, p, harmonics, gust, table, rate)[0] <= 0.0:
             held = False
             holds[h, 1] = time
             h += 1
-        new = stepped(time, state, step, held, p, harmonics, gust, table)
+        stepped(time, state, step, held, p, harmonics, gust, table, rates, new)
         gap, nx, ny, approach, _, _, _ = wall_at(time + step, new, p, harmonics)
         if p.memory_share != 0.0:
             _, speed, _ = host_at(time, harmonics)
@@ -400,11 +440,14 @@ def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
                 new[6] = 0.0
         if held and surface_at(time + step, new, p, harmonics)[1] != surface_at(time, state, p, harmonics)[1]:
             # along one side into the next: an impact there
-            time, (state, told) = time + step, strike(time + step, new, p, harmonics, drawn[k])
+            time += step
+            strike(time, new, p, harmonics, drawn[k], impacts[k, 1:])
+            for i in range(8):
+                state[i] = new[i]
             held = False
             holds[h, 1] = time
             h += 1
-            impacts[k, 0], impacts[k, 1:] = time, told
+            impacts[k, 0] = time
             k += 1
             continue
         if held:  # rounding of the constraint, removed without rebound
@@ -413,33 +456,35 @@ def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
             new[3] -= approach * nx
             new[4] -= approach * ny
         if held or gap >= 0.0:
-            time, state = time + step, new
+            time += step
+            for i in range(8):
+                state[i] = new[i]
             continue
         low, high = 0.0, step
         for _ in range(BISECTIONS):
             half = 0.5 * (low + high)
-            if (
-                wall_at(time + half, stepped(time, state, half, False, p, harmonics, gust, table), p, harmonics)[0]
-                < 0.0
-            ):
+            stepped(time, state, half, False, p, harmonics, gust, table, rates, new)
+            if wall_at(time + half, new, p, harmonics)[0] < 0.0:
                 high = half
             else:
                 low = half
-        state = stepped(time, state, high, False, p, harmonics, gust, table)
+        stepped(time, state, high, False, p, harmonics, gust, table, rates, new)
+        for i in range(8):
+            state[i] = new[i]
         time += high
-        nodes[n, 0], nodes[n, 1:7], nodes[n, 7] = time, state[:6], 0.0
+        _note(nodes[n], time, state, 0.0)
         n += 1
-        before = state[3:5].copy()
-        state, told = strike(time, state, p, harmonics, drawn[k])
+        told = impacts[k, 1:]
+        strike(time, state, p, harmonics, drawn[k], told)
         if p.recoil_share != 0.0 and told[0] > 0.0:  # the Host takes the momentum and swings back
             for axis in range(2):
                 row = harmonics.shape[0] - 2 * drawn.shape[0] + 2 * k + axis
-                kick = -p.recoil_share * (state[3 + axis] - before[axis]) / p.recoil_rad_per_s
+                kick = -p.recoil_share * (state[3 + axis] - new[3 + axis]) / p.recoil_rad_per_s
                 harmonics[row, 0], harmonics[row, 1], harmonics[row, 2] = axis, kick, p.recoil_rad_per_s
                 harmonics[row, 5], harmonics[row, 7] = time, p.recoil_decay_per_s
-        impacts[k, 0], impacts[k, 1:] = time, told
+        impacts[k, 0] = time
         k += 1
-        press = pressed(time, state, p, harmonics, gust, table)[1]
+        press = pressed(time, state, p, harmonics, gust, table, rate)[0]
         if press > 0.0 and 2.0 * told[4] < SHORTEST_HOP * p.step_s * press:
             held = True
             holds[h, 0] = time
@@ -449,4 +494,4 @@ def run(duration_s, longest_hold_s, state, p, harmonics, gust, table, drawn):
     if held:
         holds[h, 1] = time
         h += 1
-    return nodes[:n].copy(), impacts[:k].copy(), holds[:h].copy()
+    return n, k, h
