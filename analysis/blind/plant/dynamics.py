@@ -139,7 +139,7 @@ def _move(
     n_line: int,
     table: Floats,
     scatter: Floats,
-    work: Floats,
+    scratch: Floats,
     nodes: Floats,
     impacts: Floats,
     held: Floats,
@@ -147,9 +147,9 @@ def _move(
     normals: Floats,
     swings: Floats,
 ) -> tuple[int, int, int, int]:
-    """Fill what `Motion` has; counts of nodes, impacts, contacts that lasted and swings.  `work` (8, STATES): the state
-    to begin with, and room."""
-    state, new, rates, no_chance = work[0], work[1], work[2:7], work[7]
+    """Fill what `Motion` has; counts of nodes, impacts, contacts that lasted and swings.  `scratch` (8, STATES): the
+    state to begin with, and room."""
+    state, new, rates, no_chance = scratch[0], scratch[1], scratch[2:7], scratch[7]
     n, n_impact, n_held, n_swing = 0, 0, 0, 0
     gives = p.recoil_kg > 0.0
     soft = p.contact_time_s > 0.0
@@ -216,10 +216,10 @@ def _run(
     nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
     impacts, kicks, normals, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty(4000), np.empty((400, 2))
     swings = np.zeros((nodes.shape[0] if p.recoil_kg > 0.0 else 0, 2, 7))
-    host, work = _with_swings(lines, p), np.zeros((8, STATES))
-    work[0] = state
+    host, scratch = _with_swings(lines, p), np.zeros((8, STATES))
+    scratch[0] = state
     n, n_impact, n_held, n_swing = _move(
-        duration_s, p, host, lines.shape[0], table, scatter, work, nodes, impacts, held, kicks, normals, swings
+        duration_s, p, host, lines.shape[0], table, scatter, scratch, nodes, impacts, held, kicks, normals, swings
     )
     return (
         nodes[:n].copy(),
