@@ -26,6 +26,8 @@ FADING, FADED = ("exponential", "decay", "gaussian"), 8.0
 # What all bins share is shown only where it is not this much less known than how they differ: a constant may be an
 # effect of the library, or an unknown of each flight.
 OPEN = 2.0
+# Nor where nuisances take all of it but one part in so many.
+MOST_TAKEN = 1e4
 Cut = Callable[[Array], Array]
 
 
@@ -112,11 +114,15 @@ def _others(term: Term, factor: Factor) -> tuple[Factor, ...]:
 def _profile(one: HasRows, term: Term, cut: Cut, share: Array, mean: float) -> tuple[Array, Array]:
     """What a term is in each bin, and its sd; about ``mean`` where the rows hardly tell what all bins share, weighted
     by the ``share`` of each."""
-    problem = one.problem
-    _, step, covariance = Profile.of(problem).gain(one.cut_columns(term, cut))
+    problem, columns = one.problem, one.cut_columns(term, cut)
+    profile, whole = Profile.of(problem), columns.sum(1)
+    _, step, covariance = profile.gain(columns)
     about = np.eye(len(share)) - share
     apart = about @ covariance @ about.T
-    if share @ covariance @ share > OPEN**2 * float(np.median(np.diag(apart))):
+    _, _, of_all = profile.gain(whole[:, None])
+    open_ = share @ covariance @ share > OPEN**2 * float(np.median(np.diag(apart)))
+    # What all bins share is a nuisance itself, as the radius is of a wall.
+    if open_ or not 0.0 < of_all[0, 0] * float(whole @ whole) < MOST_TAKEN:
         step, covariance = about @ step + mean, apart
     return step, np.sqrt(np.maximum(np.diag(covariance), 0.0) * problem.excess)
 

@@ -43,6 +43,23 @@ def test_an_oval_disk_is_written_and_closes_what_it_opened(loaded, level):
     assert low > 0.8 and high < 1.2
 
 
+def test_pockets_at_both_ends_of_the_drive_are_spots_of_the_wall(loaded):
+    """Of two at equal distances one formula tells, which an ellipse beside lobes can only put together; the page's
+    figure shows it through what it explains, the radius being an unknown of its own."""
+    true, series = loaded("unknown_worn_pockets", 0.8, 6, runs=4)
+    flights, rng = first_flights(series, EFFECTS), np.random.default_rng(0)
+    law = find_wall_law(fit_impacts(flights.fits), flights.fits, series.frame, 0.0, rng)
+    assert law is not None
+    (term,) = law.law.terms
+    (spots,) = term.factors
+    assert (spots.quantity, spots.function) == ("azimuth", "pulses"), as_text(law.law)
+    assert spots.scale == pytest.approx(np.pi)
+    assert term.coefficient == pytest.approx(true["pockets_m"], rel=0.1)
+    shown = law.evidence
+    assert shown is not None
+    np.testing.assert_allclose(shown.before, shown.law, rtol=0, atol=0.3 * term.coefficient)
+
+
 def test_lobes_of_a_ring_around_a_cylinder_stay_lobes(tmp_path):
     """Of a shape of the wall the cylinder's contacts know nothing, of the disk's own they do; and a formula that holds
     the named shape itself is none in its place."""
