@@ -3,6 +3,8 @@ it was made for come out as.  In view, therefore no blind result."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,9 @@ from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.modulated import modulated
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws.formula import as_text
+from ovines.core.laws.kernel import pushes, shared_pushes, shared_terms
+from ovines.core.laws.terms import rows_of
+from ovines.core.laws.words import KNOWN_SIZE
 from tests.gap.laws.test_memory_laws import flight_law, made_series, quantities
 
 SCALES = RigScales(0.04, 1.7, 0.06, 0.8, 69.0, 100.0, 4)
@@ -33,6 +38,19 @@ def test_no_formula_of_the_flights_stands_in_the_dictionary_twice():
     for one in flight_candidates(SCALES):
         assert seen.setdefault(frozenset(one.terms), one.name) == one.name
     assert len(seen) > 2000
+
+
+def test_terms_asked_together_push_as_each_by_itself():
+    """Every term of the dictionary, with its coefficient, in drawn states."""
+    rng = np.random.default_rng(3)
+    terms = [replace(term, coefficient=float(rng.normal())) for one in flight_candidates(SCALES) for term in one.terms]
+    known, rows = rng.uniform(0.01, 1.0, (3, KNOWN_SIZE)), rows_of(terms)
+    each, together = np.empty((3, 3, len(rows))), np.empty((3, 3, len(rows)))
+    pushes(rows, known, each)
+    shared = shared_terms(rows)
+    assert len(shared.factors) < 0.5 * len(rows) and len(shared.directions) < 0.1 * len(rows)
+    shared_pushes(shared, known, np.empty((len(shared.directions), 3)), np.empty(len(shared.factors)), together)
+    np.testing.assert_allclose(together, each, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("scale", [0.1, 10.0])
