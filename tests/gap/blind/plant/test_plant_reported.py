@@ -217,11 +217,3 @@ def test_trials_of_earlier_groups_are_drawn_as_before():
         "restitution_drift+unknown_flickering_lamps",
         "camera_clock_offset+unknown_oil_film",
     ]
-
-
-def test_beside_a_listed_cause_stands_one_of_the_latest_group():
-    """Of this one, which was written last of those in the draw, whichever others are asked for."""
-    ours = {cause.name for cause in of_group("reported")}
-    cases = draw_cases(30, np.random.default_rng(1), ("overlooked", "reported", "beside"))
-    beside = [case.causes[1] for case in cases if len(case.causes) == 2]
-    assert len(beside) == 10 and set(beside) <= ours
