@@ -172,7 +172,7 @@ def _by_runs(forms: Forms, prices: Array) -> float:
     a loss.
 
     Where a probe has found something, and a candidate is a part of it only, what it leaves is no noise: signs drawn for
-    that find as much as the part does (contacts that rest, in twelve runs: 0.06 by signs, 1 in 4096 by runs).  It
+    that find as much as the part does (contacts that rest, in seven runs: 0.06 by signs, 1 in 128 by runs).  It
     takes seven runs to say 1 in 100 so."""
     gains = gains_of_choice(forms, prices)
     return float(wilcoxon(gains, alternative="greater", method="exact").pvalue) if np.any(gains) else 1.0

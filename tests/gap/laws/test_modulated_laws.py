@@ -75,7 +75,7 @@ def test_jets_of_a_floor_are_waves_along_its_rows_of_holes(tmp_path):
         (wave,) = term.factors
         assert 2 * np.pi * wave.scale == pytest.approx(0.018, rel=0.03)
         assert abs(np.cos(term.x) * np.sin(term.x)) < 0.1  # along the rows of holes
-        assert abs(term.coefficient) == pytest.approx(true["jets_m_per_s2"], rel=0.2)
+        assert abs(term.coefficient) == pytest.approx(true["jets_m_per_s2"], rel=0.03)
 
 
 def test_friction_that_comes_and_goes_has_a_rate_of_its_own(tmp_path):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
+from analysis.gap.laws.dictionary.modulated import RING_STEP, RINGS, WEARS
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -69,11 +70,8 @@ SPACED, SPACED_STARTS, SPACED_WIDTHS = (2, 3, 4, 6), 6, (0.07, 0.15)
 CREEPS, CREEP_TURNS, CREEP_STEP = (1.0, 2.0), (0.25, 0.5, 1.0, 2.0), 0.3
 # Times over the usual one between impacts in which what a blow has done fades.
 FADES = (1.0, 3.0)
-# Rates at which a wall may ring: steps (rad) over the usual time between impacts, and how many.
-RING_STEP, RINGS = 1.5, 16
-# Times over the usual one between impacts in which what swings after a blow fades; numbers of blows after which what
-# each of them does comes to an end.
-SWING_FADES, WEARS = (0.5, 1.5), (4.0, 12.0)
+# Times over the usual one between impacts in which what swings after a blow fades.
+SWING_FADES = (0.5, 1.5)
 
 
 def law_candidates(known: Array) -> list[Candidate]:

@@ -28,7 +28,7 @@ FADES, CHANGES = (0.1, 0.3), (0.2, 0.4, 0.6, 0.8)
 WEARS, REACHES = (4.0, 12.0), (0.1, 0.2, 0.35, 0.6)
 # Cycles in the longest run of what nothing else moves with, by half of one.
 MOST_CYCLES = 14
-# Rates of what a blow leaves ringing: steps (rad) in the usual flight, and how many; it fades within a usual flight.
+# Rates of what a blow leaves ringing: steps (rad) in the usual time between impacts, and how many.
 RING_STEP, RINGS = 1.5, 16
 # Widths of places over the contact radius; directions and places of a seam's line.
 WIDTHS, SEAM_DIRECTIONS, SEAM_PLACES = (0.25, 0.45), 8, (-0.6, -0.3, 0.0, 0.3, 0.6)
@@ -37,8 +37,6 @@ TRACKS, TRACK_WIDTHS = (0.3, 0.5, 0.7, 0.9), (0.06, 0.15)
 # Wave vectors of what is periodic in place, times the contact radius: their distance from each other, and the largest.
 # Half a distance off, a wave of the right phase in the middle is wrong by 0.8 rad at the wall.
 WAVE_VECTOR, MOST_WAVE_VECTOR = 1.6, 20.0
-
-
 # A start: the numbers inside, and the steps by which a search first moves them.
 Start = tuple[tuple[float, ...], tuple[float, ...]]
 

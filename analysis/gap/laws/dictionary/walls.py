@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import SCALES, WEARS, around, creeping, spaced, swinging, worn
+from analysis.gap.laws.dictionary.impacts import SCALES, around, creeping, spaced, swinging, worn
+from analysis.gap.laws.dictionary.modulated import WEARS
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
