@@ -43,7 +43,7 @@ from analysis.gap.laws.flight_rows import _columns, flight_regression
 from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.pulses import pulse_candidates
-from analysis.gap.laws.regression import Profile, Regression, held_out_squares
+from analysis.gap.laws.regression.problem import Profile, Regression, held_out_squares
 from analysis.gap.laws.search import columns_of, find_law
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts

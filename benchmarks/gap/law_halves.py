@@ -31,7 +31,8 @@ from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.impact_rows import distance_regression, law_regression
 from analysis.gap.laws.pulses import pulse_candidates
-from analysis.gap.laws.regression import NORMAL_90, Profile, part_of, scatter_of_runs, second_half
+from analysis.gap.laws.regression.halves import NORMAL_90, scatter_of_runs, second_half
+from analysis.gap.laws.regression.problem import Profile, part_of
 from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.laws.regression import Profile, Regression
+from analysis.gap.laws.regression.problem import Profile, Regression
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of

@@ -21,7 +21,7 @@ from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
-from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.laws.search import LEAST_SHARE, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS, NEAR, Found, Rival, find_law
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless

@@ -20,7 +20,7 @@ from analysis.flights.evidence import columns_of, flight_rows, usable_flights
 from analysis.flights.fit import SHARED, FlightFits
 from analysis.flights.noise import GROSS_SD, FlightNoise
 from analysis.flights.single_flight import whiten
-from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit, prior_of
 from ovines.core.laws.kernel import SharedTerms, pushes, shared_pushes, shared_terms
 from ovines.core.laws.terms import Term, rows_of

@@ -16,7 +16,8 @@ from analysis.flights.evidence import columns_of
 from analysis.flights.fit import ORIGIN, SHARED
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, regression_of
-from analysis.gap.laws.regression import Halves, Regression, halves_of
+from analysis.gap.laws.regression.halves import Halves, halves_of
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import run_places
 from analysis.identification.floor.errors import FEWEST_FLIGHTS, FEWEST_RUNS, sandwich_factor

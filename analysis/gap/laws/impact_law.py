@@ -18,7 +18,7 @@ from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
-from analysis.gap.laws.regression import forms_of, held_out_gains
+from analysis.gap.laws.regression.forms import forms_of, held_out_gains
 from analysis.gap.laws.search import AS_GOOD, LEVEL, MOST_PARTS, PER_UNKNOWN, Found, find_law
 from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps

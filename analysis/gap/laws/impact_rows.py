@@ -17,7 +17,7 @@ from analysis.contact.law import LawData, fit_restitution, predicted_tangential,
 from analysis.contact.restitution import restitution_design
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.flights.fit import FlightFits
-from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.statistics.robust import least_squares
 from ovines.core.laws.kernel import sizes

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
-from analysis.gap.laws.regression import Regression, halves_of, held_out_squares, scatter_of_runs
+from analysis.gap.laws.regression.halves import halves_of, scatter_of_runs
+from analysis.gap.laws.regression.problem import Regression, held_out_squares
 from analysis.gap.laws.search import Found
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import Term

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from analysis.gap.laws.dictionary.candidate import Candidate
-from analysis.gap.laws.regression import Profile
+from analysis.gap.laws.regression.problem import Profile
 from ovines.core.laws.terms import Term
 
 Array = NDArray[np.float64]

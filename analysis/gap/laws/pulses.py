@@ -18,7 +18,7 @@ from scipy.optimize import minimize
 
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression
-from analysis.gap.laws.regression import Profile
+from analysis.gap.laws.regression.problem import Profile
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 

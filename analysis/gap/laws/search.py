@@ -15,17 +15,16 @@ from scipy.stats import wilcoxon
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.products import Multiplier, products
 from analysis.gap.laws.numbers_inside import Columns, Numbers, searched
-from analysis.gap.laws.regression import (
+from analysis.gap.laws.regression.forms import (
     Forms,
     Kin,
-    Profile,
-    Regression,
     forms_of,
     gains_by_chance,
     gains_of_choice,
     held_out_gains,
     kin_of,
 )
+from analysis.gap.laws.regression.problem import Profile, Regression
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import MOST_TERMS, Term
 

@@ -15,7 +15,7 @@ from analysis.flights.cutting.runs import Run
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.found_law import NORMAL_90, LawFound
-from analysis.gap.laws.regression import Halves
+from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.page.tables import chance
 from analysis.gap.prediction.predict import measured_paths
 from analysis.report.numbers import interval, percent, with_unit

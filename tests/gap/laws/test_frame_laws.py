@@ -19,7 +19,8 @@ from analysis.gap.laws.frames import law as clock_law
 from analysis.gap.laws.frames.corrected import given
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.frames.rows import clock_rows, known_frames
-from analysis.gap.laws.regression import Halves, Regression, halves_of
+from analysis.gap.laws.regression.halves import Halves, halves_of
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.page.laws import by_halves
 from analysis.identify import NOT_HELD, identify

@@ -12,7 +12,7 @@ from analysis.gap.laws.dictionary.parts import RigScales, plain
 from analysis.gap.laws.dictionary.products import Multiplier, of_flights, of_impacts, products
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
-from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impacts.fit import fit_impacts

@@ -26,7 +26,8 @@ from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import sized_law
 from analysis.gap.laws.impact_law import needless_beside
 from analysis.gap.laws.numbers_inside import Numbers
-from analysis.gap.laws.regression import Regression, forms_of, gains_by_chance, held_out_gains, held_out_squares
+from analysis.gap.laws.regression.forms import forms_of, gains_by_chance, held_out_gains
+from analysis.gap.laws.regression.problem import Regression, held_out_squares
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT, Found, Rival, _by_runs, find_law
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.flight_steps import first_flights

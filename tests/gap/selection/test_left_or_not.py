@@ -17,7 +17,7 @@ from analysis.gap.cause import Structure
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.regression import Halves
+from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.unfitted_flights import outlying_flights, unexplained_misfit

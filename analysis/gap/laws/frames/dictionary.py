@@ -18,7 +18,7 @@ from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, wa
 from analysis.gap.laws.dictionary.parts import plain
 from analysis.gap.laws.frames.markers import TARGETS, MarkerRows
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, size_of
-from analysis.gap.laws.regression import Profile
+from analysis.gap.laws.regression.problem import Profile
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 

@@ -18,7 +18,7 @@ from scipy.special import gammaincinv
 
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.runs import Run
-from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.measurement.loose_markers import angle_at, spin_at
 from analysis.gap.series import Series

@@ -22,7 +22,7 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.markers import moved_back
 from analysis.gap.laws.frames.rows import known_frames, size_of
 from analysis.gap.laws.linear_law import told_law
-from analysis.gap.laws.regression import Regression
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.laws.search import LEVEL_WHERE_LEFT, find_law
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.series import Series, with_points

@@ -1,74 +1,32 @@
 """What candidates explain of a residual, each run predicted by the others, and what chance would explain.
 
-Rows are whitened observations, so that a sum of squares is a fall of -2 log L.  Rows of a block (a flight, an impact)
-share whatever noise did to them: chance is drawn by multiplying each block's residual by a number of its own (the wild
-bootstrap, Wu 1986), which keeps correlations within a block whatever they are.  Multiplied is what the best candidate
-leaves (ter Braak 1992), not what it explains: a strong law would otherwise pass for strong noise.  But the best of
-hundreds also explains noise, as much as the best of noise alone does; that much of it is given back.
+Rows of a block (a flight, an impact) share whatever noise did to them: chance is drawn by multiplying each block's
+residual by a number of its own (the wild bootstrap, Wu 1986), which keeps correlations within a block whatever they
+are.  Multiplied is what the best candidate leaves (ter Braak 1992), not what it explains: a strong law would otherwise
+pass for strong noise.  But the best of hundreds also explains noise, as much as the best of noise alone does; that much
+of it is given back.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.gap.laws.regression.problem import Regression, scaled_inverse
+
 Array = NDArray[np.float64]
-# Blocks stand in for runs where there is only one.
-FOLDS_OF_ONE_RUN = 5
 # A column of which so little is left beside the others is none: rounding's.
 LEAST_LEFT = 1e-9
 # What the best of noise alone explains in all but one problem in twenty, of so many drawn, is given back to the noise.
 FIRST_DRAWS, GIVEN_BACK = 49, 0.95
 # Added to unit diagonals, so that columns that are the same have an inverse.
 LEAST_RIDGE = 1e-11
-NORMAL_90 = 1.645
-
-
-@dataclass(frozen=True, eq=False)
-class Regression:
-    """``residual`` (M,) whitened; ``nuisances`` (M, P) fitted along with prior weights ``prior`` (P,), 1/variance;
-    ``block`` (M,) and ``run`` (M,) numbers of each row's flight or impact, and run."""
-
-    residual: Array
-    nuisances: Array
-    prior: Array
-    block: NDArray[np.int64]
-    run: NDArray[np.int64]
-
-    @property
-    def folds(self) -> NDArray[np.int64]:
-        """The part (M,) with which a row is held out."""
-        if len(np.unique(self.run)) > 1:
-            return np.unique(self.run, return_inverse=True)[1]
-        return self.block % FOLDS_OF_ONE_RUN
-
-    @property
-    def excess(self) -> float:
-        """Variance of what the nuisances leave over that of the noise, at least 1."""
-        left = self.residual - self.nuisances @ self.fitted(self.nuisances, self.prior)
-        return max(1.0, float(left @ left) / max(len(left) - self.nuisances.shape[1], 1))
-
-    def fitted(self, columns: Array, prior: Array) -> Array:
-        """Least squares coefficients of ``columns`` (M, C) with prior weights (C,)."""
-        information = columns.T @ columns + np.diag(prior)
-        return _inverse(information) @ (columns.T @ self.residual)
-
-    def with_columns(self, columns: Array) -> Regression:
-        """``columns`` (M, C) among what is fitted along."""
-        free = np.zeros(columns.shape[1])
-        return Regression(
-            self.residual,
-            np.column_stack([self.nuisances, columns]),
-            np.concatenate([self.prior, free]),
-            self.block,
-            self.run,
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +60,7 @@ class Forms:
         return tuple(self._without(r, nuisance, cross) for r in range(len(self.nuisance)))
 
     def _without(self, r: int, nuisance: Array, cross: Array) -> _HeldOut:
-        inverse = _inverse(nuisance - self.nuisance[r])
+        inverse = scaled_inverse(nuisance - self.nuisance[r])
         rest_cross = cross - self.cross[r]
         turn = inverse @ rest_cross
         own_cross = self.cross[r] - self.nuisance[r] @ turn
@@ -273,141 +231,9 @@ def _diagonals(matrices: Array) -> Array:
 
 
 def _inverses(matrices: Array) -> Array:
-    """:func:`_inverse` of each of (G, S, S)."""
+    """:func:`scaled_inverse` of each of (G, S, S)."""
     size = np.sqrt(np.maximum(_diagonals(matrices), 0.0))
     scale = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
     outer = scale[:, :, None] * scale[:, None, :]
     some = LEAST_RIDGE * np.eye(matrices.shape[1])
     return np.asarray(np.linalg.inv(matrices * outer + some) * outer, float)
-
-
-def held_out_squares(problem: Regression, columns: Array) -> Array:
-    """Sums of squares (R,) of each fold's residuals when nuisances and ``columns`` (M, C) follow the other folds."""
-    every = np.column_stack([problem.nuisances, columns])
-    prior = np.concatenate([problem.prior, np.zeros(columns.shape[1])])
-    folds = problem.folds
-    information = np.array([every[folds == r].T @ every[folds == r] for r in range(folds.max() + 1)])
-    score = np.array([every[folds == r].T @ problem.residual[folds == r] for r in range(folds.max() + 1)])
-    out = np.zeros(len(information))
-    for r in range(len(out)):
-        here = folds == r
-        step = _inverse(information.sum(0) - information[r] + np.diag(prior)) @ (score.sum(0) - score[r])
-        out[r] = np.sum((problem.residual[here] - every[here] @ step) ** 2)
-    return out
-
-
-def _inverse(information: Array) -> Array:
-    """Inverse after scaling to a unit diagonal; what has no information keeps none."""
-    if not len(information):
-        return information
-    size = np.sqrt(np.maximum(np.diag(information), 0.0))
-    scale = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
-    return np.asarray(
-        np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-11, hermitian=True) * np.outer(scale, scale),
-        float,
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class Profile:
-    """A problem with its nuisances projected out: what single candidates explain of all runs together."""
-
-    basis: Array
-    residual: Array
-
-    @staticmethod
-    def of(problem: Regression) -> Profile:
-        """Prior weights as further rows, so that projection is least squares."""
-        rows = np.vstack([problem.nuisances, np.diag(np.sqrt(problem.prior))])
-        size = np.sqrt(np.sum(rows**2, 0))
-        u, s, _ = np.linalg.svd(rows[:, size > 0] / size[size > 0], full_matrices=False)
-        basis = u[:, s > 1e-9 * max(s.max(initial=0.0), 1e-300)]
-        residual = np.concatenate([problem.residual, np.zeros(len(problem.prior))])
-        return Profile(basis, residual - basis @ (basis.T @ residual))
-
-    def gain(self, columns: Array) -> tuple[float, Array, Array]:
-        """Fall of the sum of squares, coefficients (C,) and their covariance (C, C) of ``columns`` (M, C)."""
-        more = len(self.residual) - len(columns)
-        columns = np.vstack([columns, np.zeros((more, columns.shape[1]))])
-        left = columns - self.basis @ (self.basis.T @ columns)
-        covariance = _inverse(left.T @ left)
-        score = left.T @ self.residual
-        step = covariance @ score
-        return float(step @ score), step, covariance
-
-
-@dataclass(frozen=True)
-class Halves:
-    """A law's size, 1 being the one told, fitted to every second run alone (the first, third, ...) and to the others,
-    with sds."""
-
-    sizes: tuple[float, float]
-    sds: tuple[float, float]
-
-    @property
-    def agree(self) -> bool:
-        """Whether the two 90 % intervals overlap."""
-        return abs(self.sizes[0] - self.sizes[1]) <= NORMAL_90 * (self.sds[0] + self.sds[1])
-
-    @property
-    def both_show_it(self) -> bool:
-        """Whether each half alone is sure that the law is there."""
-        return all(size > NORMAL_90 * sd for size, sd in zip(self.sizes, self.sds, strict=True))
-
-    def entry(self) -> dict[str, Any]:
-        """As diagnosis.json has it."""
-        pairs = zip(self.sizes, self.sds, strict=True)
-        sizes = [{"value": v, "low": v - NORMAL_90 * sd, "high": v + NORMAL_90 * sd} for v, sd in pairs]
-        return {"agree": self.agree, "sizes": sizes}
-
-
-def second_half(problem: Regression) -> NDArray[np.bool_]:
-    """Which rows (M,) are of every second run, from the second on."""
-    return np.asarray(np.unique(problem.run, return_inverse=True)[1] % 2 == 1, bool)
-
-
-def halves_of(problem: Regression, moved: Array) -> Halves | None:
-    """Sizes of what a law does to the rows (M,) by halves of the runs, every nuisance fitted anew to each; None of one
-    run, or where a half tells nothing."""
-    second = second_half(problem)
-    if not np.any(second):
-        return None
-    scatter = scatter_of_runs(problem, moved)
-    fits = [_size(part_of(problem, own), moved[own]) for own in (~second, second)]
-    if not all(sd > 0 for _, sd in fits):
-        return None
-    (first, first_sd), (other, other_sd) = fits
-    return Halves((first, other), (scatter * first_sd, scatter * other_sd))
-
-
-def scatter_of_runs(problem: Regression, moved: Array) -> float:
-    """By how much the sizes that single runs ask for scatter about those of their halves, over their own sds; 1 at the
-    least, and where no half has two runs."""
-    second = second_half(problem)
-    squares, free = 0.0, 0
-    for half in (~second, second):
-        each = [
-            _size(part_of(problem, problem.run == run), moved[problem.run == run])
-            for run in np.unique(problem.run[half])
-        ]
-        size, sd = np.array([one for one in each if one[1] > 0]).reshape(-1, 2).T
-        if len(size) > 1:
-            mean = float(np.sum(size / sd**2) / np.sum(1 / sd**2))
-            squares, free = squares + float(np.sum(((size - mean) / sd) ** 2)), free + len(size) - 1
-    return max(1.0, float(np.sqrt(squares / free))) if free else 1.0
-
-
-def _size(problem: Regression, moved: Array) -> tuple[float, float]:
-    """Size and sd of what a law does to the rows, every nuisance fitted along; an sd of 0 where they tell nothing."""
-    _, size, covariance = Profile.of(problem).gain(moved[:, None])
-    if not covariance[0, 0] > 0:
-        return 0.0, 0.0
-    excess = replace(problem, residual=problem.residual - size[0] * moved).excess
-    return float(size[0]), float(np.sqrt(covariance[0, 0] * excess))
-
-
-def part_of(problem: Regression, own: NDArray[np.bool_]) -> Regression:
-    """Some of the rows of a problem."""
-    return Regression(
-        problem.residual[own], problem.nuisances[own], problem.prior, problem.block[own], problem.run[own]
-    )

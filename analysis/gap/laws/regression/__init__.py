@@ -1,0 +1,1 @@
+"""Candidates as columns of a linear problem, each run predicted by the others."""
