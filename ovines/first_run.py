@@ -81,7 +81,7 @@ def _tracking_calls() -> list[Called]:
 def _identification_calls() -> list[Called]:
     from analysis.bounces.contact import BounceRig
     from analysis.bounces.model import BounceFrames, bounce_residual
-    from analysis.contact.tangential_search import Impulses, likeliest
+    from analysis.contact.tangential.search import Impulses, likeliest
     from analysis.flights.cutting.flight_rig import FlightRig
     from analysis.flights.cutting.kinks import find_kinks
     from analysis.flights.evidence import _without_states

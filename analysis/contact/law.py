@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import QUANTITIES, Impacts
-from analysis.contact.tangential_search import Impulses, likeliest
+from analysis.contact.tangential.search import Impulses, likeliest
+from analysis.statistics.outliers import belongs
 
 Array = NDArray[np.float64]
 _AT = {name: i for i, name in enumerate(QUANTITIES)}
@@ -220,7 +221,7 @@ def _fit_restitution(data: LawData, design: Array | None, prior: float) -> tuple
         )
         c = covariance @ ((a * w[:, None]).T @ data.after)
         r2 = (data.after - a @ c) ** 2
-        own, density = _belongs(r2, variance, broad, share)
+        own, density = belongs(r2, variance, broad, share)
         last, value = value, float(-2 * np.sum(density))
         # Fisher scoring of the variance component, an order of magnitude down at most.
         size = b2 / variance
@@ -235,16 +236,6 @@ def _fit_restitution(data: LawData, design: Array | None, prior: float) -> tuple
 def outlier_share(count: int) -> float:
     """Share of impacts that need not follow the law; none of a handful, where any one could be called an outlier."""
     return OUTLIER_SHARE if count >= FEWEST_FOR_OUTLIERS else 0.0
-
-
-def _belongs(r2: Array, variance: Array, broad: Array, share: float) -> tuple[Array, Array]:
-    """Probability that each impact follows the law, and the logarithm of its density (K,), constants left out."""
-    follow = np.log1p(-share) - 0.5 * (r2 / variance + np.log(variance))
-    if share == 0.0:
-        return np.ones(len(r2)), follow
-    outlier = np.log(share) - 0.5 * (r2 / (variance + broad) + np.log(variance + broad))
-    density = np.logaddexp(follow, outlier)
-    return np.exp(follow - density), density
 
 
 # So many impacts or fewer: more starts of the tangential law are followed to their end.
@@ -266,6 +257,23 @@ def _starts_of_impacts(data: LawData) -> list[tuple[float, float]]:
     ]
 
 
+def impulses_of(data: LawData, friction_design: Array | None = None) -> Impulses:
+    """What the impacts say along the wall; wall friction is linear in ``friction_design`` (K, P), a column of ones by
+    default."""
+    x = np.ones((len(data), 1)) if friction_design is None else np.ascontiguousarray(friction_design)
+    return Impulses(
+        np.ascontiguousarray(data.slip),
+        np.ascontiguousarray(data.normal_impulse),
+        np.ascontiguousarray(data.tangential_impulse),
+        data.mobility,
+        data.coupling,
+        data.tangential_sd**2,
+        (OUTLIER_SPREAD * data.normal_impulse) ** 2,
+        outlier_share(len(data)),
+        x,
+    )
+
+
 def fit_tangential(
     data: LawData,
     friction_design: Array | None = None,
@@ -277,19 +285,8 @@ def fit_tangential(
     ``min(beta_0, beta_1)`` has local minima, so a grid of starts is tried: the likeliest three are followed; more, and
     what each impact says, where impacts are so few that one more that slides is another answer.  Returns (friction
     coefficients, beta_0, scatter (relative to the normal impulse), -2 log L)."""
-    x = np.ones((len(data), 1)) if friction_design is None else np.ascontiguousarray(friction_design)
-    p = x.shape[1]
-    impulses = Impulses(
-        np.ascontiguousarray(data.slip),
-        np.ascontiguousarray(data.normal_impulse),
-        np.ascontiguousarray(data.tangential_impulse),
-        data.mobility,
-        data.coupling,
-        data.tangential_sd**2,
-        (OUTLIER_SPREAD * data.normal_impulse) ** 2,
-        outlier_share(len(data)),
-        x,
-    )
+    impulses = impulses_of(data, friction_design)
+    p = impulses.design.shape[1]
     pairs = [start] if start else [(mu, beta) for mu in FRICTIONS for beta in TANGENTIAL_RESTITUTIONS]
     few = start is None and len(data) <= FEW_IMPACTS
     if few:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.middle import middle_of_disk, same_middle, with_middle
-from analysis.flights.cutting.runs import Run
+from analysis.flights.cutting.runs import Run, without_frames
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.drive.findings import DriveSteps
@@ -104,6 +104,11 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     drive, corrected = drive_steps(corrected, first.fits, withheld, bool(ground))
     inertia, flights, corrected = _flights_and_disk(corrected, first, effects, withheld, tests, rng)
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
+    outside = _outside_the_wall(corrected, impacts)
+    if outside is not None:
+        first = first_flights(outside, effects)
+        inertia, flights, corrected = _flights_and_disk(outside, first, effects, withheld, tests, rng)
+        impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
     rigid = rigid_structure(series, _clock_s(findings))
@@ -263,6 +268,17 @@ def _flights_and_disk(
         if abs(ratio - in_use) < NEGLIGIBLE and same_middle(middle_m, centre_m, series.contact_radius_m):
             break
     return told, flights, series
+
+
+def _outside_the_wall(series: Series, impacts: ImpactSteps) -> Series | None:
+    """The series without the frames in which the disk is in the wall, where contacts last: they are no flight.  None
+    where there are none."""
+    if impacts.fitted is None:
+        return None
+    hidden = [impacts.fitted.in_the_wall(k, run.data.time_s) for k, run in enumerate(series.runs)]
+    if not any(one.any() for one in hidden):
+        return None
+    return replace(series, runs=tuple(without_frames(*both) for both in zip(series.runs, hidden, strict=True)))
 
 
 def _clock_s(findings: Sequence[Finding]) -> float:

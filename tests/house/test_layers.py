@@ -32,7 +32,7 @@ ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.ca
 analysis.flights.cutting
 analysis.flights.equation
 ovines.plausibility ovines.core.simulate ovines.core.ensemble vision.identity vision.validation vision.lens \
-    vision.known_points analysis.flights analysis.blind.series analysis.blind.scoring
+    vision.known_points analysis.flights analysis.contact.tangential analysis.blind.series analysis.blind.scoring
 ovines.core ovines.core.sweep ovines.core.sensitivity vision.calibrate vision.tracking vision.walls \
     analysis.contact analysis.bounces \
     analysis.gap.series analysis.blind.draw

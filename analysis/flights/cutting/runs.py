@@ -143,6 +143,16 @@ def cut(
     return Run(data, segments, tuple(flights), host_table, frame)
 
 
+def without_frames(run: Run, hidden: NDArray[np.bool_]) -> Run:
+    """The run as if the NES had not been seen in the ``hidden`` frames (N,)."""
+    if not hidden.any():
+        return run
+    data = replace(run.data, xy_m=np.where(hidden[:, None], np.nan, run.data.xy_m))
+    seen = np.isfinite(data.xy_m[:, 0])
+    whole = flights_from_segments(seen, run.segments.gaps.tolist(), run.segments.contact)
+    return replace(run, data=data, flights=tuple(shortened(whole, data.time_s / data.own_units[1], seen)))
+
+
 def turned(place_m: Array, angle_rad: Array) -> Array:
     """A place (2,) of the disk's frame in the room's directions at angles (N,): (N, 2)."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)

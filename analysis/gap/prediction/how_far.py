@@ -11,7 +11,7 @@ unclipped.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -166,12 +166,18 @@ def _impacts(
     ahead = sums(after, predict.predicted_impacts(after, terms))
     steps["with_effect"]["impact"] = ahead
     plain = after if any(c.effect in RESTITUTION_EFFECTS for c in causes) else before
-    steps["recalibrated"]["impact"] = sums(plain, predict.predicted_impacts(plain, held))
+    lasts = any(c.effect == "finite_contact_time" for c in causes)
+    # A contact that lasts has a law of its own along the wall.
+    instant = replace(plain, lasting=None) if lasts else plain
+    steps["recalibrated"]["impact"] = sums(instant, predict.predicted_impacts(instant, held))
     steps["noise_floor"]["impact"] = sums(after, impact_floor(after, terms))
     for cause in causes:
         if cause.effect in RESTITUTION_EFFECTS:
             rest = [t for t in terms if t != cause.effect]
             by_effect[cause.effect] = sums(after, predict.predicted_impacts(after, rest)) - ahead
+        elif cause.effect == "finite_contact_time":
+            alike = replace(after, lasting=None)
+            by_effect[cause.effect] = sums(after, predict.predicted_impacts(alike, terms)) - ahead
         elif cause.effect == "inertia_error" and ladder.inertia.held_out is not None:
             by_effect[cause.effect] = ladder.inertia.held_out
             steps["recalibrated"]["impact"] = steps["recalibrated"]["impact"] + ladder.inertia.held_out
@@ -191,7 +197,8 @@ def _walls(
         impacts.junctions.run[impacts.wall.used], minlength=len(ladder.series.runs)
     ).astype(float)
     for effect in named:
-        by_effect[effect] = _distances(ladder, impacts, [effect]) - everything
+        distances = _distances(ladder, impacts, [effect]) - everything
+        by_effect[effect] = by_effect.get(effect, np.zeros(len(everything))) + distances
 
 
 def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from analysis.contact.impacts import Junctions, measure
 from analysis.contact.law import Law, fit_restitution
 from analysis.contact.restitution import Conditions, best_speed_scale, conditions, restitution_columns
+from analysis.contact.tangential.lasting import LastingContact
 from analysis.contact.wall_fit import fit_wall
 from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits
@@ -24,11 +25,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class _Learnt:
-    """What some runs say of wall and law: ``late_s`` that a contact lasts (0: an instant), and the restitution's
-    ``coefficients`` of ``restitution_terms``."""
+    """What some runs say of wall and law: ``late_s`` that a contact lasts (0: an instant) and its ``lasting`` law along
+    the wall, and the restitution's ``coefficients`` of ``restitution_terms``."""
 
     wall: Wall
     law: Law
+    lasting: LastingContact | None
     late_s: float
     restitution_terms: tuple[str, ...]
     coefficients: Array
@@ -85,7 +87,15 @@ def _learn(
     scale = best_speed_scale(data)
     coefficients = fit_restitution(data, restitution_columns(conditions(data), restitution_terms, scale))[0]
     slope = float(fitted.estimate[-1]) if finite else 0.0
-    return _Learnt(fitted.wall, impacts.law, slope, tuple(restitution_terms), coefficients, scale)
+    return _Learnt(
+        fitted.wall,
+        impacts.law,
+        impacts.lasting if finite else None,
+        slope,
+        tuple(restitution_terms),
+        coefficients,
+        scale,
+    )
 
 
 def _carry(one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt) -> tuple[NDArray[np.int64], Array] | None:
@@ -98,8 +108,12 @@ def _carry(one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt) -> tuple
     columns = restitution_columns(here, learnt.restitution_terms, learnt.speed_scale_m_per_s)
     after = float((columns @ learnt.coefficients)[0] * before)
     q, radius = run.data.inertia_factor, one.radius_m
-    stick = (1 + law.tangential_restitution) * abs(slip) / (1 + 1 / q)
-    impulse = -np.sign(slip) * min(stick, law.wall_friction * (before + after))
+    stop = abs(slip) / (1 + 1 / q)
+    if learnt.lasting is not None:
+        size = float(learnt.lasting.impulse(np.array([stop]), np.array([before + after]))[0])
+    else:
+        size = min((1 + law.tangential_restitution) * stop, law.wall_friction * (before + after))
+    impulse = -np.sign(slip) * size
     normal = float(impact.normal_rad[0])
     er = np.array([np.cos(normal), np.sin(normal)])
     et = np.array([-er[1], er[0]])

@@ -158,11 +158,10 @@ def predicted_impacts(
             if restitution is not None
             else design[here] @ fit_restitution(_part(data, others), design[others])[0]
         )
-        friction, beta = tangential or (impacts.law.wall_friction, impacts.law.tangential_restitution)
         normal_after = each * data.before[here]
         # One impact ahead the normal impulse is the predicted one, not the measured.
         ahead = _part(data, here, normal_impulse=data.before[here] + normal_after)
-        impulse = predicted_tangential(ahead, friction, beta)
+        impulse = predicted_tangential(ahead, *tangential) if tangential else impacts.tangential_impulse(ahead)
         error[here, 0] = data.after[here] - normal_after
         error[here, 1] = data.tangential_impulse[here] - impulse
         change = impulse / (data.inertia_factor * radius)

@@ -10,9 +10,19 @@ from numpy.typing import NDArray
 
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import Junctions, intersect
-from analysis.contact.law import Law, LawData, fit_law, law_data, outlier_count
+from analysis.contact.law import (
+    Law,
+    LawData,
+    fit_law,
+    impulses_of,
+    law_data,
+    outlier_count,
+    predicted_tangential,
+    stick_impulse,
+)
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
-from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order
+from analysis.contact.tangential.lasting import LastingContact, fit_lasting
+from analysis.contact.wall_fit import LEAST_RESTITUTION, WallFit, fit_wall, lobe_order
 from analysis.flights.fit import FlightFits
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.wall import Wall
@@ -46,7 +56,8 @@ class Shape:
 @dataclass(frozen=True, eq=False)
 class ImpactFit:
     """Junctions of a series' flights, the wall and the law fitted to them, and which terms the model holds; ``start_s``
-    (R,): times of the runs' first frames, from which the law counts."""
+    (R,): times of the runs' first frames, from which the law counts; ``lasting``: the tangential law of contacts that
+    last, where it is the likelier one."""
 
     junctions: Junctions
     wall: WallFit
@@ -55,6 +66,29 @@ class ImpactFit:
     contact_slope_s: float
     contact_slope_sd_s: float
     start_s: Array
+    lasting: LastingContact | None = None
+
+    def tangential_impulse(self, data: LawData) -> Array:
+        """Tangential impulse per mass (K,), m/s, of the fitted law with the normal impulses of ``data``."""
+        if self.lasting is not None:
+            return self.lasting.impulse(stick_impulse(data, 0.0), data.normal_impulse)
+        return predicted_tangential(data, self.law.wall_friction, self.law.tangential_restitution)
+
+    def in_the_wall(self, run: int, time_s: Array) -> NDArray[np.bool_]:
+        """At which times (N,) of a run the disk is in the wall, where contacts last.
+
+        Paths that meet it with v and leave it T later with eps v intersect eps T / (1 + eps) after the one and
+        T / (1 + eps) before the other."""
+        restitution = max(self.law.restitution, LEAST_RESTITUTION)
+        early_s = max(self.contact_slope_s, 0.0) if np.isfinite(restitution) else 0.0
+        met_s = np.sort(self.junctions.time_s[self.junctions.run == run])
+        if not early_s or not len(met_s):
+            return np.zeros(len(time_s), bool)
+        last = np.searchsorted(met_s, time_s) - 1
+        since_s = time_s - met_s[np.maximum(last, 0)]
+        until_s = met_s[np.minimum(last + 1, len(met_s) - 1)] - time_s
+        leaving = (last >= 0) & (since_s < early_s / restitution)
+        return np.asarray(leaving | ((last + 1 < len(met_s)) & (until_s < early_s)), bool)
 
 
 PLAIN_SHAPE = Shape()
@@ -79,7 +113,16 @@ def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> Impac
     slope, slope_sd = (
         (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     )
-    return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s)
+    lasting = _lasting(data, law) if shape.finite and np.isfinite(law.wall_friction) else None
+    return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s, lasting)
+
+
+def _lasting(data: LawData, law: Law) -> LastingContact | None:
+    """The tangential law of contacts that last; None where stick or slide in an instant is likelier."""
+    if not law.wall_friction > 0.0:
+        return None
+    found = fit_lasting(impulses_of(data), law.restitution, law.wall_friction, law.tangential_scatter)
+    return found if found.misfit < law.tangential_misfit else None
 
 
 def _from_start(data: LawData, start_s: Array) -> LawData:

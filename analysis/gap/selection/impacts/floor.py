@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.law import LawData, fit_restitution, predicted_tangential
+from analysis.contact.law import LawData, fit_restitution
 from analysis.contact.restitution import restitution_design
 from analysis.gap.selection.impacts.covariates import covariates
 from analysis.gap.selection.impacts.fit import ImpactFit
@@ -37,9 +37,7 @@ def impact_floor(impacts: ImpactFit, restitution_terms: Sequence[str]) -> tuple[
     normal = _left_over(data.after, data.before[:, None] * np.column_stack([design, table[:, 1:], speed]))
     # One impact ahead the normal impulse is the predicted one.
     impulse = data.before + (design @ c) * data.before
-    law = predicted_tangential(
-        replace(data, normal_impulse=impulse), impacts.law.wall_friction, impacts.law.tangential_restitution
-    )
+    law = impacts.tangential_impulse(replace(data, normal_impulse=impulse))
     columns = np.column_stack([law, impulse[:, None] * np.column_stack([table, _tangential_columns(data, impulse)])])
     turn = impacts.junctions.radius_m * data.inertia_factor
     spin = _left_over((data.angular + data.tangential_impulse) / turn, columns)
