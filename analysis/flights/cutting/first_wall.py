@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.segments import WALL_OFF_SHARE
+from analysis.walls.lobes import LOBE_TERMS, LobedWall, best_order, lobe_columns
 from analysis.walls.wall import Wall
 from ovines.robust import residual_sd
 
@@ -37,13 +38,11 @@ def reached_wall(datas: Sequence[RunData]) -> Wall:
     """First guess of the wall from the data: the design, its outline moved to where the NES gets in sustained contact
     and at impacts.
 
-    First the outline is moved to where rebounds say that it stands (:func:`off_place`).  The farthest of each run but
-    for single wrong frames (median of three neighbours), and of the runs a high quantile: a disk that comes to rest, or
-    hits the wall but once and fast, never shows it.  The design where no run comes near it.
+    First the outline is moved to where rebounds say that it stands (:func:`where_rebounds_turn`).  The farthest of each
+    run but for single wrong frames (median of three neighbours), and of the runs a high quantile: a disk that comes to
+    rest, or hits the wall but once and fast, never shows it.  The design where no run comes near it.
     """
-    design = datas[0].wall
-    shift, distance_m = off_place(datas, design)
-    design = design.shifted(shift)
+    design, distance_m = where_rebounds_turn(datas, datas[0].wall)
     reached = []
     for data in datas:
         gap = design.outline_gap(*from_host(data))
@@ -56,41 +55,64 @@ def reached_wall(datas: Sequence[RunData]) -> Wall:
     return design.grown(min(float(np.quantile(near, HIGH_QUANTILE)), most_m)) if near else design
 
 
-def off_place(datas: Sequence[RunData], design: Wall) -> tuple[Array, float]:
-    """How far (2,) the outline stands off its designed place, in the Host's frame, nil where that is not sure or too
-    little to matter; and how far beyond it rebounds turn (m; infinite where too few do).
+def where_rebounds_turn(datas: Sequence[RunData], design: Wall) -> tuple[Wall, float]:
+    """``design`` with its outline, in the Host's frame, and of a ring its ellipse and lobes, where rebounds say that
+    they are, as far as that is sure and matters; and how far beyond it rebounds turn (m; infinite where too few do).
 
     Two frames before and two after each rebound, each on a line, meet at the wall: a least absolute fit of these gaps
-    on the wall's normals, beside a distance that all share.
+    on the wall's normals and a ring's shapes, beside a distance that all share.
     """
-    gaps, normals = zip(*(_rebounds(data, design) for data in datas), strict=True)
-    gap, normal = np.concatenate(gaps), np.concatenate(normals)
+    parts = zip(*(_rebounds(data, design) for data in datas), strict=True)
+    gap, normal, azimuth, turn = map(np.concatenate, parts)
     near = np.abs(gap) < WALL_OFF_SHARE * design.size_m
-    gap, normal = gap[near], normal[near]
+    gap, normal, azimuth, turn = gap[near], normal[near], azimuth[near], turn[near]
     if len(gap) < FEWEST_REBOUNDS:
-        return np.zeros(2), np.inf
-    rows = np.column_stack([normal, np.ones(len(gap))])
-    found, weight = np.zeros(3), np.ones(len(gap))
+        return design, np.inf
+    columns, order = np.column_stack([np.ones(len(gap)), normal]), 0
+    if design.ellipse_terms:
+        columns = np.column_stack([columns, lobe_columns(azimuth, 2)])
+        order = best_order(azimuth - turn, columns, gap)
+    if order:
+        columns = np.column_stack([columns, lobe_columns(azimuth - turn, order)])
+    found, variance = _least_absolute(columns, gap)
+    least_m = OFF_SHARE * CONTACT_MARGIN_M * datas[0].own_units[0]
+
+    def off_m(first: int) -> Array | None:
+        """Two coefficients, where they are sure and matter."""
+        own = found[first : first + 2]
+        sd = np.sqrt(np.linalg.eigvalsh(variance[first : first + 2, first : first + 2])[-1]) if len(own) else np.inf
+        return own if float(np.hypot(*own)) > max(SURELY_OFF_SD * float(sd), least_m) else None
+
+    wall = design
+    shift, ellipse, lobes = off_m(1), off_m(3) if design.ellipse_terms else None, off_m(5) if order else None
+    if shift is not None:
+        wall = wall.shifted(shift)
+    if ellipse is not None:
+        wall = wall.moved(dict(zip(design.ellipse_terms, ellipse / design.size_m, strict=True)))
+    if lobes is not None:
+        wall = LobedWall.of(wall, order).moved(dict(zip(LOBE_TERMS, lobes / design.size_m, strict=True)))
+    return wall, float(found[0])
+
+
+def _least_absolute(columns: Array, values: Array) -> tuple[Array, Array]:
+    """Coefficients (P,) of the columns (K, P) with the least sum of absolute residuals, and their covariance."""
+    found, weight = np.zeros(columns.shape[1]), np.ones(len(values))
     for _ in range(ABSOLUTE_ROUNDS):
-        found = np.linalg.lstsq(rows * weight[:, None], gap * weight, rcond=None)[0]
-        left = gap - rows @ found
+        found = np.linalg.lstsq(columns * weight[:, None], values * weight, rcond=None)[0]
+        left = values - columns @ found
         sd = residual_sd(left) + 1e-300
         weight = 1 / np.sqrt(np.maximum(np.abs(left), 1e-2 * sd))
-    variance = (MEAN_OF_ABSOLUTE * sd) ** 2 * np.linalg.pinv(rows.T @ rows, hermitian=True)[:2, :2]
-    far = float(np.hypot(*found[:2]))
-    surely = far > SURELY_OFF_SD * float(np.sqrt(np.max(np.linalg.eigvalsh(variance))))
-    matters = far > OFF_SHARE * CONTACT_MARGIN_M * datas[0].own_units[0]
-    return (found[:2] if surely and matters else np.zeros(2)), float(found[2])
+    return found, (MEAN_OF_ABSOLUTE * sd) ** 2 * np.linalg.pinv(columns.T @ columns, hermitian=True)
 
 
-def _rebounds(data: RunData, design: Wall) -> tuple[Array, Array]:
-    """Of each rebound in a run: where its lines meet, past ``design`` (K,), and the wall's outward normal in the Host's
-    frame (K, 2).
+def _rebounds(data: RunData, design: Wall) -> tuple[Array, Array, Array, Array]:
+    """Of each rebound in a run: where its lines meet, past ``design`` (K,), the wall's outward normal in the Host's
+    frame (K, 2), its azimuth (K,) from the Host's centre, in the room, and the Host's angle (K,).
     """
     relative, angle = from_host(data)
     gap = design.outline_gap(relative, angle)
     if len(gap) < 5:
-        return np.zeros(0), np.zeros((0, 2))
+        return np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.zeros(0)
     seen = np.lib.stride_tricks.sliding_window_view(gap, 5)
     time = np.lib.stride_tricks.sliding_window_view(data.time_s, 5)
     approach = (seen[:, 1] - seen[:, 0]) / (time[:, 1] - time[:, 0])
@@ -112,4 +134,4 @@ def _rebounds(data: RunData, design: Wall) -> tuple[Array, Array]:
         (design.outline_gap(place + h * np.column_stack(along), turn) - design.outline_gap(place, turn)) / h
         for along in ((c, s), (-s, c))
     ]
-    return meet, np.column_stack(slopes)
+    return meet, np.column_stack(slopes), np.arctan2(place[:, 1], place[:, 0]), turn
