@@ -10,7 +10,7 @@ from analysis.blind.plant.wall.after_blow import press_down, remember, remember_
 from analysis.blind.plant.wall.blow import blow_of, leaning, piled
 from analysis.blind.plant.wall.impulses import impulses
 from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall_velocity
-from analysis.blind.plant.wall.shape import flat_gap, reach, rim_middle, rim_reach, swollen, tipped, widening
+from analysis.blind.plant.wall.shape import flat_gap, reach, relaxed, rim_middle, rim_reach, swollen, tipped, widening
 
 
 @compiled
@@ -68,6 +68,9 @@ def contact_velocity(
     uy = state[VY] + state[SPIN] * arm_x - velocity[1] - velocity[2] * from_x
     if p.squash_m != 0.0 and from_x * nx + from_y * ny > 0.0:  # the ring's own speed, not a cylinder's
         moves = squashed(np.arctan2(from_y, from_x), jerk_of(time, host), p)[0]
+        ux, uy = ux - moves * nx, uy - moves * ny
+    if p.relaxing_m != 0.0 and from_x * nx + from_y * ny > 0.0:
+        moves = relaxed(np.arctan2(from_y, from_x), 2.0 / p.duration_s, p)[0]
         ux, uy = ux - moves * nx, uy - moves * ny
     moves_x, moves_y = wall_velocity(time, state, acceleration, p, host)
     ux, uy = ux - moves_x, uy - moves_y

@@ -3,7 +3,7 @@ rad)."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S
 
@@ -41,8 +41,7 @@ def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) ->
 @inlined
 def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     """How much farther a wall lets the disk that is dented, stepped, jointed, split, chucked, worn or has a bead, or
-    that changes in a run: by an oval liner that turns, by a radius that grows, by a ring that was sprung into its seat
-    and relaxes there, `relaxing_m` cos 2(azimuth - `relaxing_rad`) from less of that to as much more."""
+    that changes in a run: by an oval liner that turns, by a radius that grows, by an oval that relaxes."""
     away = np.arctan2(np.sin(azimuth - p.dent_rad), np.cos(azimuth - p.dent_rad)) / p.dent_width_rad
     dent = p.dent_m * np.exp(-0.5 * away**2)
     edge = np.tanh(np.sin(azimuth - p.step_rad) / STEP_EDGE)
@@ -58,9 +57,18 @@ def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     worn, flank = worn_reach(azimuth, p)
     rise = rise + round_ + along + askew + steeper + flank
     if p.relaxing_m != 0.0:
-        oval, twice = p.relaxing_m * (2.0 * time / p.duration_s - 1.0), 2.0 * (azimuth - p.relaxing_rad)
-        worn, rise = worn + oval * np.cos(twice), rise - 2.0 * oval * np.sin(twice)
+        oval, steeper = relaxed(azimuth, 2.0 * time / p.duration_s - 1.0, p)
+        worn, rise = worn + oval, rise + steeper
     return step + liner + joint + split + sprung + wider + worn - dent, rise + dent * away / p.dent_width_rad
+
+
+@compiled
+def relaxed(azimuth: float, course: float, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring that was sprung into its seat, and that the drive shakes round
+    in the course of a run and beyond: `relaxing_m` cos 2(azimuth - `relaxing_rad`) times `course`, which goes from -1
+    to 1.  Of the rate of that, in its place, the first is the wall's own speed."""
+    size, twice = p.relaxing_m * course, 2.0 * (azimuth - p.relaxing_rad)
+    return size * np.cos(twice), -2.0 * size * np.sin(twice)
 
 
 @inlined

@@ -6,7 +6,7 @@ import pytest
 from analysis.blind.causes.named import draft_series, may_stand_together, physics_of_run, view_of
 from analysis.blind.draw import draw_cases
 from analysis.blind.plant.host import host_pose
-from analysis.blind.plant.wall.contact import impact, wall_gap
+from analysis.blind.plant.wall.contact import contact_velocity, impact, wall_gap
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.light import bloomed
 from analysis.blind.recording.picture import Shaking, by_the_first_camera, by_the_second_camera
@@ -225,6 +225,12 @@ def test_a_ring_relaxes_in_its_seat():
             assert gap == pytest.approx(4e-4 * course * np.cos(2.0 * (azimuth - 0.7)), abs=2e-6)
             slope = -8e-4 * course * np.sin(2.0 * (azimuth - 0.7)) / 0.04
             assert (nx * s - ny * c) / (nx * c + ny * s) == pytest.approx(slope, abs=1e-3)
+            met = contact_velocity(time, state_of(x=0.04 * c, y=0.04 * s, vx=0.5), ring, STILL, nx, ny)
+            moves = 8e-4 / 1.2 * np.cos(2.0 * (azimuth - 0.7))
+            assert met[0] == pytest.approx(0.5 * nx - moves, abs=1e-5)
+    cylinder = ring._replace(obstacle_m=0.018)  # which does not move
+    met = contact_velocity(0.3, state_of(x=0.018, vx=-1.0), cylinder, STILL, -1.0, 0.0)
+    assert met[0] == pytest.approx(1.0, abs=1e-12)
 
 
 def test_a_knocked_lens_bends_as_opencvs_tangential_terms():
