@@ -115,6 +115,19 @@ def _pulsing_air(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _drying_spot(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Where somebody drips cleaning fluid before each run, between the Host's middle and its wall."""
+    x, y = vector(0.014, rng)
+    out = {
+        "drying": 0.75 * size * spread(rng),
+        "drying_x_m": x,
+        "drying_y_m": y,
+        "drying_s": float(rng.uniform(0.4, 0.8)),
+    }
+    draft.plant.update(out)
+    return out
+
+
 FLOOR_FRICTION = [
     # --- how much of the disk stands on the floor, with which load ---
     Cause("unknown_hop", "flight", changes({"hop_s": 0.012}), rivals=("nes_rocking",)),
@@ -170,6 +183,20 @@ FLOOR_FRICTION = [
         changes({"screws": 0.6}, ("screws_rad",)),
         follows="the place in the Host, at four places a quarter turn from each other",
     ),
+    # A spot of cleaning fluid that dries in the course of each run.
+    Cause(
+        "unknown_drying_spot",
+        "flight",
+        _drying_spot,
+        follows="the time in the run, at one place of the Host's floor",
+    ),
+    # A thin floor on three ribs.
+    Cause(
+        "unknown_ribbed_floor",
+        "flight",
+        changes({"ribs": 0.45}, ("ribs_rad",)),
+        follows="the azimuth of the disk's place in the Host, three times around",
+    ),
     # A draught that blows the dust to one side of the floor.
     Cause(
         "unknown_drifted_dust",
@@ -212,6 +239,13 @@ FLOOR_FRICTION = [
         "flight",
         changes({"rings": 0.25}),
         follows="the angle between the slip and the radius from the Host's centre",
+    ),
+    # A floor faced on a lathe, whose scales all lie one way round.
+    Cause(
+        "unknown_faced_floor",
+        "flight",
+        changes({"faced": 0.35}, signed=True),
+        follows="the slip's share round the Host's centre, with its sense",
     ),
     # A washer whose edge is bevelled at one side only.
     Cause(

@@ -68,6 +68,20 @@ def _sinking_feet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"feet_x_m_per_s2": x, "feet_y_m_per_s2": y}
 
 
+def _kinked_sheet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A roof or a valley, along any line that passes within 12 mm of the Host's centre."""
+    out = {"kink_m_per_s2": 0.5 * size * spread(rng) * sign(rng), "kink_m": float(rng.uniform(-0.012, 0.012))}
+    draft.plant.update(out, kink_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return out
+
+
+def _doming_sheet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, from a dish to a dome that is as deep, or back."""
+    most = 15.0 * size * spread(rng) * sign(rng)
+    draft.run_numbers.update(doming_per_s2=most * np.linspace(-1.0, 1.0, runs))
+    return {"doming_per_s2": most}
+
+
 FORCES = [
     # --- a floor that is not level ---
     Cause("unknown_central", "flight", changes({"central_per_s2": 13.3})),
@@ -85,6 +99,20 @@ FORCES = [
         "flight",
         changes({"dished_per_m": 1.2}),
         follows="the place from the Host's centre",
+    ),
+    # A floor of sheet that was once bent along a line.
+    Cause(
+        "unknown_kinked_sheet",
+        "flight",
+        _kinked_sheet,
+        follows="on which side of a line of the Host's floor the disk is",
+    ),
+    # A floor plate of plastic that the shaker warms from run to run.
+    Cause(
+        "unknown_doming_sheet",
+        "flight",
+        _doming_sheet,
+        follows="the place from the Host's centre, times the number of the run from the middle one",
     ),
     # The shaker rocks the table that the disk slides on.
     Cause("unknown_rocking_table", "flight", changes({"rocking": 0.005}, signed=True)),
@@ -143,6 +171,13 @@ FORCES = [
     Cause("unknown_rail_drag", "flight", changes({"rail_per_s": 0.7}, ("rail_rad",))),
     Cause("unknown_air_stream", "flight", changes({"stream_per_s": 1.6}, ("stream_rad",))),
     Cause("unknown_cubic_drag", "flight", changes({"cubic_s_per_m2": 0.26})),
+    # A sticker of the disk that has folded up.
+    Cause(
+        "unknown_raised_sail",
+        "flight",
+        changes({"sail_per_m": 0.11}, ("sail_rad",)),
+        follows="the square of the velocity along one line of the disk",
+    ),
     # A thick washer presses the air out between its rim and the wall, and draws it in again.
     Cause("unknown_air_cushion", "flight", changes({"cushion_per_s": 6.0}), round_only=True),
     # The moving Host pumps air through a gap below its wall.

@@ -127,6 +127,14 @@ GEOMETRY = [
         follows="the azimuth of the blow, at both ends of the drive's axis",
         round_only=True,
     ),
+    # A ring that was sprung into its seat, and that the drive shakes round again in the course of each run.
+    Cause(
+        "unknown_relaxing_ring",
+        "geometry",
+        changes({"relaxing_m": 4.5e-4}, ("relaxing_rad",)),
+        follows="the time in the run, and the azimuth of the blow twice around",
+        round_only=True,
+    ),
     # A felt liner that is packed down from run to run.
     Cause("unknown_packing_felt", "geometry", _packing_felt, follows="the number of the run", round_only=True),
     # A Host of wood or plastic, which warps from run to run.
@@ -166,6 +174,14 @@ GEOMETRY = [
         "geometry",
         changes({"swollen_m": 2.4e-4}),
         follows="the square of the spin",
+        short_blows=True,
+    ),
+    # A slack tyre that is heavier at one side, and that the spin throws out there.
+    Cause(
+        "unknown_thrown_tyre",
+        "geometry",
+        changes({"thrown_m": 3.2e-4}, ("thrown_rad",)),
+        follows="the square of the spin, and the place on the disk's rim that is struck",
         short_blows=True,
     ),
     # --- where the wall lies and how it moves ---

@@ -314,4 +314,23 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_leaning_card",
         "unknown_refocused_lens",
     ),
+    # what a colleague or a referee would ask about ("have you considered that ...?"), listed before the plant was read
+    "refereed": (
+        "unknown_raised_sail",
+        "unknown_kinked_sheet",
+        "unknown_doming_sheet",
+        "unknown_faced_floor",
+        "unknown_drying_spot",
+        "unknown_ribbed_floor",
+        "unknown_swept_cushion",
+        "unknown_flung_oil",
+        "unknown_pivoted_ring",
+        "unknown_bulging_lining",
+        "unknown_sheared_gel",
+        "unknown_thrown_tyre",
+        "unknown_relaxing_ring",
+        "unknown_knocked_lens",
+        "unknown_sagging_arm",
+        "unknown_blooming_markers",
+    ),
 }

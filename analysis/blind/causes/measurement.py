@@ -163,6 +163,18 @@ def _stretched_picture(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"stretched": draft.view["stretched"]}
 
 
+def _knocked_lens(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Off its axis in any direction of the picture."""
+    draft.view.update(knocked_px=0.6 * size * spread(rng), knocked_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"knocked_px": draft.view["knocked_px"], "angle_rad": draft.view["knocked_rad"]}
+
+
+def _sagging_arm(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """To either side."""
+    draft.view["sagging_rad"] = 6e-3 * size * spread(rng) * sign(rng)
+    return {"sagging_rad": draft.view["sagging_rad"]}
+
+
 MEASUREMENT = [
     # --- the clock of both cameras ---
     Cause("unknown_uneven_clock", "measurement", seen("uneven_s", 1e-3)),
@@ -260,6 +272,13 @@ MEASUREMENT = [
         _shaded_wall,
         follows="the place of the disk's markers in the Host, along one direction",
     ),
+    # Pictures that are exposed too much, in which the Host's bright markers run out.
+    Cause(
+        "unknown_blooming_markers",
+        "measurement",
+        seen("bloom_px", 1.9),
+        follows="the way in the picture from each of the disk's markers to the Host's",
+    ),
     # A lamp that the wall stands in the way of.
     Cause(
         "unknown_marker_shadow",
@@ -296,6 +315,13 @@ MEASUREMENT = [
         _bumped_camera,
         follows="the place in one camera's picture, from one run on",
     ),
+    # A camera on an arm that gives in the lamps' heat, and is set right before each run.
+    Cause(
+        "unknown_sagging_arm",
+        "measurement",
+        _sagging_arm,
+        follows="the time in the run, and the place in one camera's picture",
+    ),
     # A camera that was calibrated warm, and that is cold as the series begins.
     Cause(
         "unknown_cold_camera",
@@ -310,6 +336,13 @@ MEASUREMENT = [
         "measurement",
         seen("refocused_px", 1.0),
         follows="the third power of the place in one camera's picture",
+    ),
+    # A lens that was knocked after its calibration.
+    Cause(
+        "unknown_knocked_lens",
+        "measurement",
+        _knocked_lens,
+        follows="the square of the place in one camera's picture",
     ),
     Cause("unknown_rolling_shutter", "measurement", seen("shutter_s", 6e-4)),
     # A camera that writes a full buffer's frame again where it misses one.

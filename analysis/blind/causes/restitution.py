@@ -134,6 +134,13 @@ RESTITUTION = [
         changes({"rattling": 0.12}),
         follows="the angle between this blow's normal and the last one's",
     ),
+    # Dust that the disk sweeps together as it slides, and that cushions its next blow.
+    Cause(
+        "unknown_swept_cushion",
+        "impact",
+        changes({"swept": 0.11}),
+        follows="the way slid since the last blow",
+    ),
     # A shaker that warms the ring from run to run.
     Cause(
         "unknown_warming_ring",

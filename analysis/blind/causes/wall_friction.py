@@ -59,6 +59,14 @@ def _chatter_marks(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _pivoted_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Its screw stands across the drive's axis, within 0.7 rad and to either side: from there blows turn the ring."""
+    screw = 0.5 * np.pi * sign(rng) + float(rng.uniform(-0.7, 0.7))
+    out = {"pivoted": 0.14 * size * spread(rng), "pivoted_rad": screw}
+    draft.plant.update(out)
+    return out
+
+
 WALL_FRICTION = [
     # --- friction of the wall ---
     Cause(
@@ -143,6 +151,13 @@ WALL_FRICTION = [
         changes({"skimmed": 0.85}),
         follows="the angle of incidence, where the disk slips",
     ),
+    # Oil in the washer's hole, which the spin draws out onto its rim.
+    Cause(
+        "unknown_flung_oil",
+        "impact",
+        changes({"flung_oil": 0.85}),
+        follows="the size of the spin, where the disk slips",
+    ),
     # --- how much of the slip comes back ---
     Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
     # Hard blows plough: less of the slip comes back.
@@ -172,6 +187,13 @@ WALL_FRICTION = [
         changes({"liner_grip": 0.95}, ("liner_grip_rad",)),
         follows="the azimuth of the blow once around, where the disk sticks",
     ),
+    # A gel that takes its time to come back from the last blow's shear.
+    Cause(
+        "unknown_sheared_gel",
+        "impact",
+        changes({"gel": 0.95}),
+        follows="the time since the last blow, where the disk sticks",
+    ),
     # --- the direction of the blow, and what gives or goes round in it ---
     Cause("unknown_rough_wall", "impact", changes({"rough_rad": 0.04})),
     # A wall that was sanded by hand, each of whose places looks somewhere else.
@@ -190,6 +212,21 @@ WALL_FRICTION = [
     ),
     # Teeth all leaning one way, as a turning tool leaves them: they strike beside the wall's normal.
     Cause("unknown_sawtooth_wall", "impact", changes({"saw_rad": 0.045}, signed=True)),
+    # A soft lining that bulges before a disk which slips along it.
+    Cause(
+        "unknown_bulging_lining",
+        "impact",
+        changes({"piled_rad": 0.06}),
+        follows="the sense of the slip, along the wall's normal and tangent",
+    ),
+    # A ring that one screw holds, and that blows turn about it.
+    Cause(
+        "unknown_pivoted_ring",
+        "impact",
+        _pivoted_ring,
+        follows="the azimuth of the blow from one screw, once and twice around",
+        round_only=True,
+    ),
     # A thin sleeve in the ring is carried along by a blow, and still turns at the next.
     Cause("unknown_turning_sleeve", "impact", changes({"sleeve": 0.8}), round_only=True),
     # The ring's mount gives along one line.

@@ -62,6 +62,12 @@ class PlantParameters(NamedTuple):
     screws_rad: float = 0.0
     drifted: float = 0.0  # floor friction more by this share at the wall on one side, less on the other ...
     drifted_rad: float = 0.0  # ... more on this one
+    drying: float = 0.0  # share of the floor friction lost over a wet spot, as a run begins ...
+    drying_x_m: float = 0.0  # ... here ...
+    drying_y_m: float = 0.0
+    drying_s: float = 0.5  # ... which dries within this
+    ribs: float = 0.0  # floor friction more and less three times around, by this share at the wall ...
+    ribs_rad: float = 0.0  # ... more here
     pulsing: float = 0.0  # floor friction more and less by this share in the course of the run ...
     pulsing_rad_per_s: float = 40.0  # ... at this rate ...
     pulsing_rad: float = 0.0  # ... and of this phase as the run begins
@@ -93,6 +99,7 @@ class PlantParameters(NamedTuple):
     brushed_rad: float = 0.0
     scratched: float = 0.0  # floor friction more by this share for slips along one direction, less across it ...
     scratched_rad: float = 0.0  # ... this one
+    faced: float = 0.0  # floor friction more by this share in slips round the Host's centre counterclockwise, less back
     bristled: float = 0.0  # floor friction more in slips along the Host's acceleration, less against it, at 8 g
     # ... by what went before
     settling: float = 0.0  # floor friction less by this share after an impact, back within settling_s
@@ -128,6 +135,10 @@ class PlantParameters(NamedTuple):
     saddle_per_s2: float = 0.0  # the floor rises along one line and falls across it
     saddle_rad: float = 0.0
     bowl_m_per_s2: float = 0.0  # the floor rises towards the wall: this steep at it, with the sixth power of the radius
+    doming_per_s2: float = 0.0  # of each run: the floor pushes the disk outwards by this times its place
+    kink_m_per_s2: float = 0.0  # a floor bent along a line pushes the disk off that line, on either side ...
+    kink_m: float = 0.0  # ... this far from the Host's centre ...
+    kink_rad: float = 0.0  # ... in this direction
     ridge_m_per_s2: float = 0.0  # along a line of the Host's floor
     ridge_m: float = 0.0
     ridge_rad: float = 0.0
@@ -162,6 +173,8 @@ class PlantParameters(NamedTuple):
     cubic_s_per_m2: float = 0.0  # drag with the third power of the speed
     rail_per_s: float = 0.0  # drag along one direction of the room
     rail_rad: float = 0.0
+    sail_per_m: float = 0.0  # drag with the square of the speed across a sail on the disk ...
+    sail_rad: float = 0.0  # ... which looks to this direction of it
     magnus: float = 0.0
     stream_per_s: float = 0.0  # a stream of air along a line across the ring
     stream_m_per_s: float = 0.8
@@ -257,6 +270,8 @@ class PlantParameters(NamedTuple):
     lap_m: float = 0.0  # tape around the rim, its end this much higher than its beginning, to either side of the mean
     lap_rad: float = 0.0
     tipped_m: float = 0.0  # the disk's radius is less by at most this just after a hard blow
+    thrown_m: float = 0.0  # from the disk's middle to that of its rim at a fast spin
+    thrown_rad: float = 0.0
     swollen_m: float = 0.0  # the disk's radius is more by this at a fast spin, less by it at none
     # where the wall lies and how it moves
     wall_x_m: float = 0.0
@@ -267,6 +282,8 @@ class PlantParameters(NamedTuple):
     liner: float = 0.0  # an ellipse of the wall that turns during the run
     liner_rad: float = 0.0
     liner_rad_per_s: float = 0.0
+    relaxing_m: float = 0.0  # the wall's radius is less by this along a line as a run begins, more at its end
+    relaxing_rad: float = 0.0
     springy_m: float = 0.0  # the wall stays back by this much at 8 g of the Host
     hinged_m: float = 0.0  # the wall stays back by this much at 8 g of the Host along one line, and only along it ...
     hinged_rad: float = 0.0  # ... this one
@@ -333,6 +350,7 @@ class PlantParameters(NamedTuple):
     two_edges: float = 0.0  # restitution more and less in turn, from impact to impact
     ringing: float = 0.0  # restitution that swings about, at this frequency, from the impact before on
     ringing_rad_per_s: float = 250.0
+    swept: float = 0.0  # restitution lost after a long way slid since the impact before
     rattling: float = 0.0  # restitution won where a blow comes from the last one's side, lost from the opposite one
     tired: float = 0.0  # restitution lost after a blow at 1 m/s, with the square of its speed
     # ... by the Host's motion
@@ -355,6 +373,9 @@ class PlantParameters(NamedTuple):
     cornered_m: float = 0.0  # a blow passes the disk's middle by at most this ...
     corners: float = 6.0  # ... to either side, so many times around its rim
     cornered_rad: float = 0.0
+    piled_rad: float = 0.0  # blows are turned by this from the wall's normal, against a fast slip
+    pivoted: float = 0.0  # mass of the disk over that of a ring that turns about one screw ...
+    pivoted_rad: float = 0.0  # ... at this azimuth
     mount: float = 0.0  # mass of the disk over that of a wall that gives along one line
     mount_rad: float = 0.0
     # wall friction
@@ -379,6 +400,7 @@ class PlantParameters(NamedTuple):
     hertz: float = 0.0  # wall friction less in hard blows and more in light ones, with the third root of the speed
     skimmed: float = 0.0  # share of the wall friction lost in blows that only graze
     flash: float = 0.0  # share of the wall friction lost where approach times slip is large
+    flung_oil: float = 0.0  # share of the wall friction that a disk which spins fast loses
     combed: float = 0.0  # wall friction less where the slip has the last one's sense, more where it has the other
     polish: float = 0.0  # share of the wall friction lost in the course of a run
     polish_s: float = 0.4
@@ -398,6 +420,7 @@ class PlantParameters(NamedTuple):
     incidence: float = 0.0  # share of the tangential restitution lost in blows that slip far for their approach
     liner_grip: float = 0.0  # tangential restitution more by this share at one side of the wall, less at the other
     liner_grip_rad: float = 0.0
+    gel: float = 0.0  # share of the tangential restitution lost just after the blow before
     lay: float = 0.0  # tangential restitution more by this share in slips of one sense, less in the other
     teeth_m_per_s: float = 0.0  # slip at which the wall leaves a sticking disk alone
     # what a blow does to the spin besides, and to the disk on the floor

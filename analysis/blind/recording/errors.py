@@ -58,6 +58,7 @@ class ViewErrors:
     glint_camera: int = 0  # ... of this camera's picture
     shade_px: float = 0.0  # the disk's markers move away from a lamp by this much in the ring's full shade ...
     shade_rad: float = 0.0  # ... a lamp that stands there
+    bloom_px: float = 0.0  # the disk's markers are drawn to the Host's near by, at most this far
     shadow_m: float = 0.0  # the disk's markers are found this much too far inwards at the wall
     # cameras that move
     wobble_px: float = 0.0  # the first camera sways along u
@@ -74,6 +75,7 @@ class ViewErrors:
     zoom_swing: float = 0.0  # the first camera's picture grows and shrinks by this share about its centre ...
     zoom_swing_hz: float = 0.0  # ... so many times a second
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
+    sagging_rad: float = 0.0  # the second camera turns about its axis within a run, by twice this
     zoom: float = 0.0  # the second camera's picture grows by this share about its centre within a run
     # the picture
     window_px: tuple[float, float] = (0.0, 0.0)  # the window was this far from where it is said to be ...
@@ -82,5 +84,7 @@ class ViewErrors:
     shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
     stutter_share: float = 0.0  # of the first camera's frames show the one before once more
     refocused_px: float = 0.0  # the first camera's picture is too far out by this 300 px from its middle, with the cube
+    knocked_px: float = 0.0  # the first camera's lens is off its axis: by three times this 300 px from the middle ...
+    knocked_rad: float = 0.0  # ... in this direction of the picture
     smoothed: float = 0.0  # share that a mean over some frames has in where markers are found
     blocked_px: float = 0.0  # markers are drawn to the middles of the picture's blocks by at most this

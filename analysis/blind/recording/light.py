@@ -1,4 +1,5 @@
-"""What light does to the markers' centres in a picture: a reflection, a pane, tails, glints, shade and shadow."""
+"""What light does to the markers' centres in a picture: a reflection, a pane, tails, glints, other
+markers, shade and shadow."""
 
 import numpy as np
 
@@ -7,6 +8,7 @@ from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.views import DISK, HOST, View
 
 GLARE_M = 0.008  # from a lamp's reflection to where it displaces markers most
+BLOOM_PX = 45.0  # from one of the Host's markers to where it displaces the disk's most: 9 mm
 SHADE_FROM_M = 0.012  # towards the lamp from the Host's middle, where the wall's shade begins
 SHADE_M = 0.02  # from there to where it is full
 RING_M = 0.05  # radius of the ring, whose wall throws a shadow
@@ -19,7 +21,7 @@ def lit(
     """Pixels (frames, markers, 2) of camera `index` with all of it; `points_m` (frames, markers, 3)."""
     pixels = through_lid(glared(pixels, index, view, errors), index, view, errors)
     pixels = glinted(trailed(pixels, frame_rate_hz, errors), points_m, index, errors)
-    return shaded(pixels, points_m, view, errors)
+    return bloomed(shaded(pixels, points_m, view, errors), errors)
 
 
 def glared(pixels: np.ndarray, index: int, view: View, errors: ViewErrors) -> np.ndarray:
@@ -88,6 +90,18 @@ def shaded(pixels: np.ndarray, points_m: np.ndarray, view: View, errors: ViewErr
     middle, beside = view.pixels(np.array([[0.0, 0.0, 0.01], [*(-0.01 * lamp), 0.01]]))
     out = pixels.copy()
     out[:, DISK] += errors.shade_px * deep[..., None] * (beside - middle) / np.hypot(*(beside - middle))
+    return out
+
+
+def bloomed(pixels: Floats, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a picture that is exposed too much: the Host's markers bloom, and draw those of
+    the disk that come near in the picture, each by at most `bloom_px`, `BLOOM_PX` from it."""
+    if errors.bloom_px == 0.0:
+        return pixels
+    out = pixels.copy()
+    for marker in HOST:
+        away = (pixels[:, DISK] - pixels[:, marker, None]) / BLOOM_PX
+        out[:, DISK] -= errors.bloom_px * np.exp(0.5 - 0.5 * np.sum(away**2, axis=-1, keepdims=True)) * away
     return out
 
 

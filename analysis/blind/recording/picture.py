@@ -12,7 +12,7 @@ from analysis.blind.recording.views import WINDOW_PX, View
 SHAKE_DECAY_S = 0.04  # of a tripod on the bench: gone before the next impact but one
 BLOCK_PX = 8.0  # side of the blocks that a film is coded in
 COLD_RUNS = 3.0  # after which a camera has warmed by two thirds
-REFOCUS_PX = 300.0  # from the picture's middle to where a lens is off by what its cause says: the ring's radius
+REFOCUS_PX = 300.0  # from the picture's middle to where a lens is off by what its causes say: the ring's radius
 SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
 
 
@@ -101,7 +101,7 @@ def by_the_first_camera(
         pixels = twisted(pixels, shaking.twist_rad, view)
     if shaking.tripod_px is not None:
         pixels = pixels + shaking.tripod_px[:, None]
-    pixels = refocused(pixels, view, errors)
+    pixels = decentred(refocused(pixels, view, errors), view, errors)
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
     pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
     swing = shaking.zoom + errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
@@ -117,10 +117,28 @@ def refocused(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
     return pixels + errors.refocused_px * np.sum(away**2, axis=-1, keepdims=True) * away
 
 
+def decentred(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a camera whose lens was knocked after its calibration and sits off its axis, along
+    d of the picture (`knocked_rad`).
+
+    Brown's decentring: by `knocked_px` (r^2 d + 2 (d r) r), r in units of `REFOCUS_PX` from the picture's middle.
+    """
+    if errors.knocked_px == 0.0:
+        return pixels
+    away, along = (
+        (pixels - view.centre_px) / REFOCUS_PX,
+        np.array([np.cos(errors.knocked_rad), np.sin(errors.knocked_rad)]),
+    )
+    square = np.sum(away**2, axis=-1, keepdims=True)
+    return pixels + errors.knocked_px * (square * along + 2.0 * (away @ along)[..., None] * away)
+
+
 def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors) -> np.ndarray:
-    """Pixels (frames, markers, 2) of a camera that creeps along u and zooms in within a run, and that has lost a
-    frame."""
+    """Pixels (frames, markers, 2) of a camera that turns about its axis, creeps along u and zooms in within a run, and
+    that has lost a frame."""
     frames = len(pixels)
+    if errors.sagging_rad != 0.0:  # an arm that gives in the lamps' heat, and is set right before the next run
+        pixels = twisted(pixels, errors.sagging_rad * np.linspace(-1.0, 1.0, frames), view)
     pixels[..., 0] += errors.creep_px * np.linspace(0.0, 1.0, frames)[:, None]
     grown = errors.zoom * np.linspace(0.0, 1.0, frames)
     pixels = pixels + (pixels - view.centre_px) * grown[:, None, None]

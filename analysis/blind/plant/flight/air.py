@@ -1,4 +1,5 @@
-"""Forces of the air: drag in the room and in the Host, lift of the spin, streams, a cushion at the wall, jets."""
+"""Forces of the air: drag in the room and in the Host, of a sail, lift of the spin, streams, a cushion at the wall,
+jets."""
 
 import numpy as np
 
@@ -6,7 +7,7 @@ from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import SPIN, VX, VY
+from analysis.blind.plant.state import ANGLE, SPIN, VX, VY
 
 JET_M = 0.018  # between two holes of an air table: somewhat less than the disk is wide
 CUSHION_M = 0.008  # from the wall, within which the air between it and the disk falls off
@@ -22,6 +23,7 @@ def drag_rate(vx: float, vy: float, p: PlantParameters) -> float:
 def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
     """All that comes beside the plain drag."""
     _add_room(at.state, p, out)
+    _add_sail(at.state, p, out)
     _add_stream(at, p, out)
     _add_host(at, p, out)
     _add_cushion(at, p, out)
@@ -43,6 +45,21 @@ def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
         along = p.rail_per_s * (a * vx + b * vy)
         out[VX] -= along * a
         out[VY] -= along * b
+
+
+@inlined
+def _add_sail(state: Floats, p: PlantParameters, out: Floats) -> None:
+    """A sticker folded up across the disk's middle is a sail.
+
+    The air of the room presses on it only by the speed u across it, along its own normal, which lies `sail_rad` from
+    the disk's angle: by `sail_per_m` u |u|.
+    """
+    if p.sail_per_m != 0.0:
+        a, b = np.cos(state[ANGLE] + p.sail_rad), np.sin(state[ANGLE] + p.sail_rad)
+        across = a * state[VX] + b * state[VY]
+        push = p.sail_per_m * abs(across) * across
+        out[VX] -= push * a
+        out[VY] -= push * b
 
 
 @inlined

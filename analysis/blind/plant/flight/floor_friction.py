@@ -34,6 +34,8 @@ SOAK_S = 0.01  # in which a disk over the middle of a drop is wetted
 WIPE_M = 0.06  # way on which it loses what it has taken up: most of a flight
 SCREWS_AT_M = 0.022  # from the Host's centre to its floor's four screws
 SCREW_M = 0.008  # from a screw's middle to where the disk, which is wider, misses three fifths as much of the floor
+DRYING_M = 0.016  # from a wet spot's middle to where it is three fifths as wet: somewhat wider than the disk
+FACED_M = 0.003  # from the Host's centre, within which a lathe's marks have no direction
 CLING_M = 0.08  # way on which most of the charge that a disk can hold would gather
 CLING_S = 0.08  # in which it leaks off: one or two flights
 DEBRIS_M = 0.03  # way on which most of what a blow has knocked loose is left behind
@@ -70,6 +72,7 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     Four countersunk screws, `SCREWS_AT_M` from the middle and a quarter turn from each other, leave the disk less of
     the floor: over each it loses `screws` of its friction, falling off like a bell of `SCREW_M`.
     A draught has blown the dust to one side, evenly from one wall to the other: `dusty`.
+    A wet spot dries: `_where_it_dries`; ribs hold the floor from below: `_over_ribs`.
     """
     share, radius = 1.0, np.sqrt(at.x * at.x + at.y * at.y)
     if p.patch_amplitude != 0.0:
@@ -97,6 +100,10 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 + p.worn * np.exp(-0.5 * (at.x**2 + at.y**2) / WORN_M**2), 0.0)
     if p.screws != 0.0:
         share *= _over_screws(at, p)
+    if p.drying != 0.0:
+        share *= _where_it_dries(at, p)
+    if p.ribs != 0.0:
+        share *= _over_ribs(at, p)
     return share * dusty(at, p)
 
 
@@ -109,6 +116,25 @@ def _over_screws(at: Instant, p: PlantParameters) -> float:
         far = (at.x - SCREWS_AT_M * np.cos(turned)) ** 2 + (at.y - SCREWS_AT_M * np.sin(turned)) ** 2
         lost += np.exp(-0.5 * far / SCREW_M**2)
     return max(1.0 - p.screws * lost, 0.0)
+
+
+@inlined
+def _where_it_dries(at: Instant, p: PlantParameters) -> float:
+    """What a spot of cleaning fluid leaves of the friction: it is put down anew before each run and dries in the course
+    of it.  Over its middle `drying` is lost as the run begins, falling off to its sides like a bell of `DRYING_M` and
+    with the time in the run, within `drying_s`."""
+    far = ((at.x - p.drying_x_m) ** 2 + (at.y - p.drying_y_m) ** 2) / DRYING_M**2
+    return max(1.0 - p.drying * np.exp(-0.5 * far - max(at.time, 0.0) / p.drying_s), 0.0)
+
+
+@inlined
+def _over_ribs(at: Instant, p: PlantParameters) -> float:
+    """What three ribs below a thin floor multiply the friction by: over them it is firm, and between them it gives, the
+    more the farther from the middle: 1 + `ribs` (r / `contact_radius_m`) cos 3(azimuth - `ribs_rad`), r and azimuth the
+    disk's place in the Host."""
+    radius = np.sqrt(at.x * at.x + at.y * at.y)
+    thrice = np.cos(3.0 * (np.arctan2(at.y, at.x) - p.ribs_rad))
+    return max(1.0 + p.ribs * radius / p.contact_radius_m * thrice, 0.0)
 
 
 @inlined
@@ -159,6 +185,8 @@ def _by_direction(at: Instant, p: PlantParameters) -> float:
     `brushed_rad`), however it slides.
     A floor scratched along one direction: 1 + `scratched` cos 2(the slip's direction - `scratched_rad`), with its mean
     where the disk rests.
+    A floor faced on a lathe has scales that all lie one way round its middle: 1 + `faced` times the share of the slip
+    that goes round counterclockwise, less and less within `FACED_M` of the middle.
     """
     rim = p.disk_radius_m * at.turning
     speed = np.sqrt(at.slip_x**2 + at.slip_y**2 + rim**2) + p.smoothing_m_per_s
@@ -171,6 +199,9 @@ def _by_direction(at: Instant, p: PlantParameters) -> float:
     if p.bristled != 0.0:
         along = (at.slip_x * at.host_acceleration[0] + at.slip_y * at.host_acceleration[1]) / speed
         share *= max(1.0 + p.bristled * along / HOST_M_PER_S2, 0.0)
+    if p.faced != 0.0:
+        round_ = (at.x * at.slip_y - at.y * at.slip_x) / (np.sqrt(at.x * at.x + at.y * at.y) + FACED_M)
+        share *= max(1.0 + p.faced * round_ / speed, 0.0)
     if p.scratched != 0.0:
         c, s = np.cos(2.0 * p.scratched_rad), np.sin(2.0 * p.scratched_rad)
         squared = at.slip_x**2 + at.slip_y**2 + p.smoothing_m_per_s**2

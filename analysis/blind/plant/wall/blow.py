@@ -10,6 +10,7 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, IMPACT_S, SPIN, X, Y
 from analysis.blind.plant.wall.motion import sleeve_speed, swinging_speed
 
+PILED_M_PER_S = 0.4  # slip from which on a soft lining is piled up the whole way
 CORNER_M_PER_S = 0.2  # approach from which on a rim strikes with one corner: a slower one leans on two
 
 
@@ -96,6 +97,15 @@ def leaning(nx: float, ny: float, chance: float, bounce: float, p: PlantParamete
         leans += p.marks_rad * bounce * np.sin(p.marks * np.arctan2(ny, nx) + p.marks_phase_rad)
     if leans == 0.0:
         return nx, ny
+    c, s = np.cos(leans), np.sin(leans)
+    return c * nx - s * ny, s * nx + c * ny
+
+
+@inlined
+def piled(nx: float, ny: float, slip: float, p: PlantParameters) -> tuple[float, float]:
+    """The normal of a soft lining that bulges before a disk which slips along it: turned from the wall's own towards
+    where it slips, by `piled_rad` tanh(slip / `PILED_M_PER_S`), and so the blow against the slip."""
+    leans = p.piled_rad * np.tanh(slip / PILED_M_PER_S)
     c, s = np.cos(leans), np.sin(leans)
     return c * nx - s * ny, s * nx + c * ny
 

@@ -7,10 +7,10 @@ from analysis.blind.plant.host import jerk_of, pose_of
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, IMPACT_S, SPIN, VX, VY, X, Y
 from analysis.blind.plant.wall.after_blow import press_down, remember, remember_swing, spin_after
-from analysis.blind.plant.wall.blow import blow_of, leaning
+from analysis.blind.plant.wall.blow import blow_of, leaning, piled
 from analysis.blind.plant.wall.impulses import impulses
 from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall_velocity
-from analysis.blind.plant.wall.shape import flat_gap, reach, rim_middle, rim_reach, swollen, tipped, widening
+from analysis.blind.plant.wall.shape import flat_gap, reach, relaxed, rim_middle, rim_reach, swollen, tipped, widening
 
 
 @compiled
@@ -22,7 +22,7 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     x = state[X] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
     y = state[Y] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
     off_x, off_y = wall_offset(time, state, velocity, acceleration, p)
-    rim_x, rim_y = rim_middle(state[ANGLE], p)
+    rim_x, rim_y = rim_middle(state[ANGLE], state[SPIN], p)
     x, y = x - off_x + rim_x, y - off_y + rim_y
     radius = np.sqrt(x * x + y * y) + 1e-300
     if p.wall_sides > 0.0:
@@ -52,7 +52,7 @@ def contact_velocity(
     centre of mass."""
     position, velocity, acceleration = pose_of(time, host)
     cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
-    rim_x, rim_y = rim_middle(state[ANGLE], p)
+    rim_x, rim_y = rim_middle(state[ANGLE], state[SPIN], p)
     arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m) + rim_x
     arm_y = p.disk_radius_m * ny - (sine * p.mass_x_m + cosine * p.mass_y_m) + rim_y
     # At a chip's flank or a tape's end the contact lies beside the normal through the disk's middle; a cylinder meets
@@ -68,6 +68,9 @@ def contact_velocity(
     uy = state[VY] + state[SPIN] * arm_x - velocity[1] - velocity[2] * from_x
     if p.squash_m != 0.0 and from_x * nx + from_y * ny > 0.0:  # the ring's own speed, not a cylinder's
         moves = squashed(np.arctan2(from_y, from_x), jerk_of(time, host), p)[0]
+        ux, uy = ux - moves * nx, uy - moves * ny
+    if p.relaxing_m != 0.0 and from_x * nx + from_y * ny > 0.0:
+        moves = relaxed(np.arctan2(from_y, from_x), 2.0 / p.duration_s, p)[0]
         ux, uy = ux - moves * nx, uy - moves * ny
     moves_x, moves_y = wall_velocity(time, state, acceleration, p, host)
     ux, uy = ux - moves_x, uy - moves_y
@@ -98,6 +101,9 @@ def strike(
     gap, nx, ny = wall_gap(time, state, p, host)
     nx, ny = leaning(nx, ny, scatter[1], bounce, p)
     meeting = contact_velocity(time, state, p, host, nx, ny)
+    if p.piled_rad != 0.0 and bounce > 0.0:
+        nx, ny = piled(nx, ny, meeting[1], p)
+        meeting = contact_velocity(time, state, p, host, nx, ny)
     copy_into(new, state)
     _put_back(new, gap, nx, ny)
     if meeting[0] <= 0.0:
@@ -113,7 +119,7 @@ def strike(
     press_down(new, blow, push_n * bounce, p)
     if p.tipped_m != 0.0 and bounce > 0.0:
         new[IMPACT_S] = time
-    if p.swollen_m != 0.0 or p.tipped_m != 0.0:  # where it may be at its new spin, as it now lies
+    if p.swollen_m != 0.0 or p.tipped_m != 0.0 or p.thrown_m != 0.0:  # where it may be at its new spin, as it now lies
         gap, nx, ny = wall_gap(time, new, p, host)
         _put_back(new, gap, nx, ny)
     return blow.approach, blow.slip_host

@@ -4,13 +4,14 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import COUNT, SLIPPED
+from analysis.blind.plant.state import COUNT, SLIPPED, SPIN
 from analysis.blind.plant.wall.blow import Blow
 
 TACKY_RAD = 0.35  # of the wall's azimuth
 SCALE_M_PER_S = 0.3  # slip from which on a blow lifts scales or lays them over
 PILE_M_PER_S = 0.3  # slip from which on a pile is laid over the whole way
 SQUEEZED_M_PER_S = 0.8  # approach from which on most of the grease is squeezed out
+OIL_RAD_PER_S = 40.0  # spin that draws half of a washer's oil out onto its rim
 FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has melted
 WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
 HERTZ_M_PER_S = 0.4  # approach at which a wall's friction is what it is
@@ -20,6 +21,7 @@ GLANCE = 0.25  # slip over approach at which half of the return is lost
 GRAZE = 0.5  # slip over approach at which a disk skims half
 LEAST_FRICTION = 0.02  # share of the wall's friction that is always left
 SKIN_M_PER_S = 0.3  # slip at which the return is divided by 1 + `skin`
+GEL_S = 0.08  # in which a gel that was sheared comes back: a flight or two
 GROUND_RAD = 1.1  # of the disk's rim, from where it was ground the most to where three fifths as much
 LAY_M_PER_S = 0.1  # slip from which on a wall's lay bites or gives
 MOST_RETURN = 0.95  # of the slip
@@ -75,6 +77,8 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     root `HERTZ_MOST` at most.
     A grazing blow only skims along the wall's asperities: 1 - `skimmed` r^2 / (r^2 + `GRAZE`^2), r the
     slip's size over the approach.
+    A washer's hole is full of oil, and the spin draws it out onto the rim: 1 - `flung_oil` w^2 / (w^2 +
+    `OIL_RAD_PER_S`^2), w the spin as the blow begins.
     """
     share = 1.0 + p.handed * (1.0 if blow.slip > 0.0 else -1.0)
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
@@ -86,6 +90,9 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.skimmed != 0.0:
         grazes = blow.slip**2 / (blow.slip**2 + (GRAZE * blow.approach) ** 2 + 1e-300)
         share *= max(1.0 - p.skimmed * grazes, LEAST_FRICTION)
+    if p.flung_oil != 0.0:
+        oiled = state[SPIN] ** 2 / (state[SPIN] ** 2 + OIL_RAD_PER_S**2)
+        share *= max(1.0 - p.flung_oil * oiled, LEAST_FRICTION)
     if p.flash != 0.0:
         melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
         share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
@@ -129,6 +136,7 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     / (r^2 + `GLANCE`^2), r the slip's size over the approach.
     A liner that is glued along one half only is loose in the other, and comes back less there: 1 + `liner_grip`
     tanh(cos(azimuth - `liner_grip_rad`) / `LINER_EDGE`), but for what would give back more than `MOST_RETURN`.
+    A gel that the blow before has sheared is not back yet, and returns less: 1 - `gel` exp(-since / `GEL_S`).
     A wall whose fibres all lie round one way is stiff against them and gives along them: 1 + `lay` tanh(slip /
     `LAY_M_PER_S`), but for what would give back more than `MOST_RETURN`.
     """
@@ -142,6 +150,8 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     if p.liner_grip != 0.0:
         share = 1.0 + p.liner_grip * np.tanh(np.cos(blow.azimuth - p.liner_grip_rad) / LINER_EDGE)
         value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
+    if p.gel != 0.0:
+        value *= max(1.0 - p.gel * np.exp(-max(blow.since_s, 0.0) / GEL_S), 0.0)
     if p.lay == 0.0:
         return value
     return max(min(value * (1.0 + p.lay * np.tanh(blow.slip / LAY_M_PER_S)), max(value, MOST_RETURN)), 0.0)

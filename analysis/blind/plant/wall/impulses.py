@@ -27,8 +27,8 @@ def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tu
 
 @inlined
 def _compliance(blow: Blow, bounce: float, p: PlantParameters) -> tuple[float, float, float]:
-    """Normal, tangential, between them: of the disk, of a mount of the wall that gives along one line, of a sleeve that
-    turns."""
+    """Normal, tangential, between them: of the disk, of a mount of the wall that gives along one line, of a ring that
+    turns about one screw, of a sleeve that turns."""
     inertia = p.inertia_factor * p.disk_radius_m**2
     w_nn, w_tt = 1.0 + blow.lever_n**2 / inertia, 1.0 + blow.lever_t**2 / inertia
     w_nt = blow.lever_n * blow.lever_t / inertia
@@ -37,7 +37,25 @@ def _compliance(blow: Blow, bounce: float, p: PlantParameters) -> tuple[float, f
         along_n, along_t = c * blow.nx + s * blow.ny, -c * blow.ny + s * blow.nx
         more_n, more_t, more_nt = p.mount * along_n**2, p.mount * along_t**2, p.mount * along_n * along_t
         w_nn, w_tt, w_nt = w_nn + more_n * bounce, w_tt + more_t * bounce, w_nt + more_nt * bounce
+    if p.pivoted != 0.0 and blow.outer:
+        more_n, more_t, more_nt = _pivoted(blow, p)
+        w_nn, w_tt, w_nt = w_nn + more_n * bounce, w_tt + more_t * bounce, w_nt + more_nt * bounce
     return w_nn, w_tt + (p.sleeve * bounce if blow.outer else 0.0), w_nt
+
+
+@inlined
+def _pivoted(blow: Blow, p: PlantParameters) -> tuple[float, float, float]:
+    """What a ring that is held by one screw at `pivoted_rad` of its wall adds to the compliance of a contact: normal,
+    tangential, between them.
+
+    It turns about the screw: with its mass M and its radius R its moment of inertia about a point of itself is 2 M R^2,
+    and the levers are those of the contact from the screw; `pivoted` is the disk's mass over M.  It has come to rest
+    before the next blow.
+    """
+    from_x, from_y = np.cos(blow.azimuth) - np.cos(p.pivoted_rad), np.sin(blow.azimuth) - np.sin(p.pivoted_rad)
+    lever_n, lever_t = from_x * blow.ny - from_y * blow.nx, from_x * blow.nx + from_y * blow.ny
+    half = 0.5 * p.pivoted
+    return half * lever_n**2, half * lever_t**2, half * lever_n * lever_t
 
 
 @inlined

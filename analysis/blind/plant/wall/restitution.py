@@ -6,7 +6,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import AZIMUTH, COUNT, HARDEST, IMPACT_S, NORMAL, SPIN, STRUCK
+from analysis.blind.plant.state import AZIMUTH, COUNT, HARDEST, IMPACT_S, NORMAL, SPIN, STRUCK, WAY, WAY_BEFORE
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.motion import tiredness
 
@@ -20,6 +20,7 @@ PAD_RAD, PAD_M_PER_S = 0.9, 1.0  # of the wall's azimuth; approach at which a pa
 BOLT_RAD = 0.3  # of the wall's azimuth, from a bolt to where it stiffens the ring three fifths as much
 PLASTIC_M_PER_S = 0.9  # approach at which a rim that yields gives back what it does on the mean
 PLASTIC_MOST = 1.3  # fourth root of how much lighter a blow may be and still give back more
+SWEPT_M = 0.04  # way on which most of the dust that a rim can gather has gathered before it
 SCREWS_BLOWS = 12.0  # after which screws have come loose by two thirds
 UNLUCKY_SD = 1.0  # a standard normal chance is above it in one impact of six
 
@@ -143,6 +144,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     at once, from the opposite one it comes late and deadens the rebound: `rattling` cos(this normal - the last one's).
     The ring's screws, tight as a run begins, come loose blow by blow: times 1 - `loosened` (1 - exp(-n /
     `SCREWS_BLOWS`)), n the blows before.
+    A disk sweeps dust together as it slides, which cushions its next blow and is scattered by it: `swept` (1 - exp(-s /
+    `SWEPT_M`)) is lost, s the way slid since the blow before.
     """
     value += p.two_edges if state[COUNT] % 2.0 < 0.5 else -p.two_edges
     if p.ringing != 0.0 and state[COUNT] > 0.5:
@@ -150,6 +153,9 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
         value = _raised(value, swing)
     if p.rattling != 0.0 and state[COUNT] > 0.5:
         value = _raised(value, p.rattling * np.cos(blow.normal_rad - state[NORMAL]))
+    if p.swept != 0.0:
+        slid = max(state[WAY] - state[WAY_BEFORE], 0.0)
+        value = _raised(value, -p.swept * (1.0 - np.exp(-slid / SWEPT_M)))
     value = value - p.tired * tiredness(blow.time, state)
     return _times(value, 1.0 - p.loosened * (1.0 - np.exp(-state[COUNT] / SCREWS_BLOWS)))
 

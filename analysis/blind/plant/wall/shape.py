@@ -3,7 +3,7 @@ rad)."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S
 
@@ -16,6 +16,7 @@ CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
 TIPPED_S = 0.04  # in which a disk that a blow has tipped lies flat again: most of a flight
 TIPPED_M_PER_S = 0.7  # approach of a blow that tips it half as far as any could
+THROWN_RAD_PER_S = 40.0  # spin that throws a heavy tyre out half the way
 SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
 
 Reach = tuple[float, float]
@@ -40,7 +41,7 @@ def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) ->
 @inlined
 def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     """How much farther a wall lets the disk that is dented, stepped, jointed, split, chucked, worn or has a bead, or
-    that changes in a run: by an oval liner that turns, by a radius that grows."""
+    that changes in a run: by an oval liner that turns, by a radius that grows, by an oval that relaxes."""
     away = np.arctan2(np.sin(azimuth - p.dent_rad), np.cos(azimuth - p.dent_rad)) / p.dent_width_rad
     dent = p.dent_m * np.exp(-0.5 * away**2)
     edge = np.tanh(np.sin(azimuth - p.step_rad) / STEP_EDGE)
@@ -55,7 +56,19 @@ def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     wider = p.breathing_m * (2.0 * time / p.duration_s - 1.0) + p.packed_m
     worn, flank = worn_reach(azimuth, p)
     rise = rise + round_ + along + askew + steeper + flank
+    if p.relaxing_m != 0.0:
+        oval, steeper = relaxed(azimuth, 2.0 * time / p.duration_s - 1.0, p)
+        worn, rise = worn + oval, rise + steeper
     return step + liner + joint + split + sprung + wider + worn - dent, rise + dent * away / p.dent_width_rad
+
+
+@compiled
+def relaxed(azimuth: float, course: float, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring that was sprung into its seat, and that the drive shakes round
+    in the course of a run and beyond: `relaxing_m` cos 2(azimuth - `relaxing_rad`) times `course`, which goes from -1
+    to 1.  Of the rate of that, in its place, the first is the wall's own speed."""
+    size, twice = p.relaxing_m * course, 2.0 * (azimuth - p.relaxing_rad)
+    return size * np.cos(twice), -2.0 * size * np.sin(twice)
 
 
 @inlined
@@ -158,12 +171,20 @@ def flat_gap(x: float, y: float, host_angle: float, p: PlantParameters) -> tuple
 
 
 @inlined
-def rim_middle(angle: float, p: PlantParameters) -> tuple[float, float]:
-    """From the disk's middle to that of its rim (x, y in m), which a tyre thicker at one side has; `angle` the
-    disk's."""
-    if p.tyre_m == 0.0:
-        return 0.0, 0.0
-    return p.tyre_m * np.cos(angle + p.tyre_rad), p.tyre_m * np.sin(angle + p.tyre_rad)
+def rim_middle(angle: float, spin: float, p: PlantParameters) -> tuple[float, float]:
+    """From the disk's middle to that of its rim (x, y in m), which a tyre thicker at one side has; `angle` and `spin`
+    the disk's.
+
+    A slack tyre that is heavier at one side, `thrown_rad` of the disk, is thrown out there by the spin w: by `thrown_m`
+    w^2 / (w^2 + `THROWN_RAD_PER_S`^2).
+    """
+    x, y = 0.0, 0.0
+    if p.tyre_m != 0.0:
+        x, y = p.tyre_m * np.cos(angle + p.tyre_rad), p.tyre_m * np.sin(angle + p.tyre_rad)
+    if p.thrown_m != 0.0:
+        out = p.thrown_m * spin**2 / (spin**2 + THROWN_RAD_PER_S**2)
+        x, y = x + out * np.cos(angle + p.thrown_rad), y + out * np.sin(angle + p.thrown_rad)
+    return x, y
 
 
 @inlined

@@ -196,6 +196,22 @@ ORDERS = {
     "unknown_program_start": ("pixels", 0.4),
     "unknown_leaning_card": ("pixels", 0.5),
     "unknown_refocused_lens": ("pixels", 0.6),
+    "unknown_raised_sail": ("force", 0.2),  # of disks at 0.86 m/s along either axis; a run has faster ones
+    "unknown_kinked_sheet": ("force", 0.45),
+    "unknown_doming_sheet": ("force", 0.4),
+    "unknown_faced_floor": ("friction", 0.45),
+    "unknown_drying_spot": ("friction", 0.55),  # as a run begins
+    "unknown_ribbed_floor": ("friction", 0.5),
+    "unknown_swept_cushion": ("kick", 0.05),
+    "unknown_flung_oil": ("kick", 0.06),
+    "unknown_pivoted_ring": ("kick", 0.07),
+    "unknown_bulging_lining": ("kick", 0.1),
+    "unknown_sheared_gel": ("twist", 3.3),
+    "unknown_thrown_tyre": ("gap", 1.2e-4),
+    "unknown_relaxing_ring": ("gap", 2.5e-4),
+    "unknown_knocked_lens": ("pixels", 0.9),
+    "unknown_sagging_arm": ("pixels", 0.8),
+    "unknown_blooming_markers": ("pixels", 0.7),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -221,6 +237,7 @@ OWN = {
     "unknown_cornered_rim": ("hard", "azimuth", "approach", "tired", "struck"),
     "unknown_chatter_marks": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
     "unknown_ragged_wall": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
+    "unknown_bulging_lining": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -237,6 +254,8 @@ CAMERA = {
     "unknown_cold_camera": "VW1",
     "unknown_program_start": "VW2",
     "unknown_refocused_lens": "VW1",
+    "unknown_knocked_lens": "VW1",
+    "unknown_sagging_arm": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -249,6 +268,7 @@ OF_THE_DISK = (
     "unknown_marker_shadow",
     "unknown_risen_markers",
     "unknown_leaning_card",
+    "unknown_blooming_markers",
 )
 
 

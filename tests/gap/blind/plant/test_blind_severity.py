@@ -22,17 +22,23 @@ from tests.gap.blind.plant.rig import (
     say_what_they_follow,
 )
 
-GROUPS = ("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected")
+GROUPS = ("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed")
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
 MOVED = [name for name in NAMES if name not in SEEN]
 BY_COUNT = "unknown_dropped_frame"  # its severity is how many runs it is in, not how much it does in one
 # How much of the slip comes back is seen in the spin.
-BY_THE_RIM = ("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner")
+BY_THE_RIM = ("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner", "unknown_sheared_gel")
 STAGES = {"overlooked": (7, 5, 2, 2)}  # how many causes of each; of the others six, five, two and three
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
-# limit later; of friction that is divided by the slip half is more than half; light blows soon stick.
-BENT = {"unknown_swinging_ring": 0.25, "unknown_slip_weakened_wall": 0.35, "unknown_hertzian_wall": 0.2}
+# limit later; of friction that is divided by the slip half is more than half; light blows soon stick, and where a wall
+# holds less more blows slip.
+BENT = {
+    "unknown_swinging_ring": 0.25,
+    "unknown_slip_weakened_wall": 0.35,
+    "unknown_hertzian_wall": 0.2,
+    "unknown_flung_oil": 0.2,
+}
 
 
 def _moved(group):
@@ -65,6 +71,9 @@ def _acts(name):
             "unknown_program_start": camera == "VW2",
             "unknown_leaning_card": of_the_disk & (marker != "N1"),
             "unknown_refocused_lens": camera == "VW1",
+            "unknown_knocked_lens": camera == "VW1",
+            "unknown_sagging_arm": camera == "VW2",
+            "unknown_blooming_markers": of_the_disk,
         }[name]
 
     return chosen
