@@ -96,13 +96,15 @@ def where_rebounds_turn(datas: Sequence[RunData], design: Wall) -> tuple[Wall, f
 
 def _least_absolute(columns: Array, values: Array) -> tuple[Array, Array]:
     """Coefficients (P,) of the columns (K, P) with the least sum of absolute residuals, and their covariance."""
-    found, weight = np.zeros(columns.shape[1]), np.ones(len(values))
+    found: Array = np.zeros(columns.shape[1])
+    weight = np.ones(len(values))
     for _ in range(ABSOLUTE_ROUNDS):
-        found = np.linalg.lstsq(columns * weight[:, None], values * weight, rcond=None)[0]
+        found = np.asarray(np.linalg.lstsq(columns * weight[:, None], values * weight, rcond=None)[0], float)
         left = values - columns @ found
         sd = residual_sd(left) + 1e-300
         weight = 1 / np.sqrt(np.maximum(np.abs(left), 1e-2 * sd))
-    return found, (MEAN_OF_ABSOLUTE * sd) ** 2 * np.linalg.pinv(columns.T @ columns, hermitian=True)
+    variance = (MEAN_OF_ABSOLUTE * sd) ** 2 * np.linalg.pinv(columns.T @ columns, hermitian=True)
+    return np.asarray(found, float), np.asarray(variance, float)
 
 
 def _rebounds(data: RunData, design: Wall) -> tuple[Array, Array, Array, Array]:

@@ -1,0 +1,25 @@
+"""Frames at scattered times, told by the Host's residual: of their true size, whatever the drive."""
+
+import numpy as np
+import pytest
+
+from analysis.blind.recording.files import write_series
+from analysis.blind.recording.place import Place
+from analysis.blind.series import make_series
+from analysis.gap.measurement.speed_noise import speed_noise
+from ovines.pipeline.series.diagnosis import load_series
+from ovines.recording import read_series
+
+
+@pytest.mark.parametrize("drive", ["sine", "chirp", "two_axes"])
+def test_what_the_hosts_fit_takes_of_the_jitter_is_given_back(drive, tmp_path):
+    """A fit of a sweep takes 12 % of it with it, one of a sine 2 %."""
+    made = make_series("trigger_jitter", 0.6, np.random.default_rng(1), 4, "white", place=Place(drive=drive))
+    write_series(made, tmp_path / "series")
+    series = load_series(read_series(tmp_path / "series"), tmp_path / "results")[0]
+    jitter, blur = speed_noise(series)
+    true_s = made.truth["parameters"]["trigger_jitter"]["sd_s"]
+    value_s, sd_s = jitter.parameters["sd_s"]
+    assert jitter.found and not blur.found
+    assert value_s == pytest.approx(true_s, rel=0.07)
+    assert abs(value_s - true_s) < 2.5 * sd_s
