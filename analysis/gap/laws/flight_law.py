@@ -70,10 +70,9 @@ def find_flight_law(
         return None, steps
     scales, candidates = _listed(runs, problem, rng)
     lever_m = _lever_m(runs)
-    # A product that no probe asked for would rest on a few flights.
     asked = least_m_per_s2 == 0.0
-    level, multipliers = (LEVEL_WHERE_LEFT, of_flights(scales)) if asked else (LEVEL, [])
-    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, multipliers, most_parts)
+    level = LEVEL_WHERE_LEFT if asked else LEVEL
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_flights(scales), most_parts)
     if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
         return None, steps
     floor = _mean_square(runs, [predict.free_paths(run) for run in runs], lever_m)

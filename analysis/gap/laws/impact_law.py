@@ -63,11 +63,11 @@ def find_impact_law(
         return None
     problem = law_regression(impacts, fits, restitution_terms)
     candidates = law_candidates(problem.known)
-    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts())
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts(problem.known))
     for one in left if found is None else ():
         near = [candidate for candidate in candidates if _as_probed(candidate, one)]
         if near:
-            found, p = find_law(problem.problem, problem.columns, near, rng, level, of_impacts(), 1)
+            found, p = find_law(problem.problem, problem.columns, near, rng, level, of_impacts(problem.known), 1)
         if found is not None:
             break
     if found is None:
@@ -98,7 +98,9 @@ def find_wall_law(
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = distance_regression(impacts, fits)
-    found, p = find_law(problem.problem, problem.columns, wall_candidates(problem.known), rng, level, of_impacts())
+    found, p = find_law(
+        problem.problem, problem.columns, wall_candidates(problem.known), rng, level, of_impacts(problem.known)
+    )
     return None if found is None else _told_wall_law(problem, found, p, impacts, fits, frame, least_m)
 
 
@@ -144,7 +146,7 @@ def wall_law_instead(
     named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / problem.problem.excess
     candidates = wall_candidates(problem.known)
     for most in (1, MOST_PARTS):  # one step, before what its waves may be put together from
-        found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(), most)
+        found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(problem.known), most)
         if found is not None and _instead(found, named, len(shapes)) and not _holds(found, shapes):
             break
     else:

@@ -13,7 +13,8 @@ from scipy.sparse import csr_matrix
 from scipy.stats import wilcoxon
 
 from analysis.gap.laws.dictionary.candidate import Candidate
-from analysis.gap.laws.dictionary.products import Multiplier, products
+from analysis.gap.laws.dictionary.modulated import Modulator
+from analysis.gap.laws.dictionary.products import products
 from analysis.gap.laws.numbers_inside import Columns, Numbers, searched
 from analysis.gap.laws.regression.forms import (
     Forms,
@@ -124,7 +125,7 @@ def find_law(
     candidates: Sequence[Candidate],
     rng: np.random.Generator,
     level: float = LEVEL,
-    multipliers: Sequence[Multiplier] = (),
+    multipliers: Sequence[Modulator] = (),
     most_parts: int = MOST_PARTS,
 ) -> tuple[Found | None, float]:
     """The formula that held-out runs ask for, None where chance finds as much as often as ``level`` (of the first part;
@@ -237,7 +238,7 @@ def _with_products(
     problem: Regression,
     columns: Columns,
     shortlist: list[tuple[Candidate, float]],
-    multipliers: Sequence[Multiplier],
+    multipliers: Sequence[Modulator],
     scale: float,
 ) -> list[tuple[Candidate, float]]:
     """The ``shortlist`` behind the best product of its first forms, where that is clearly better: it pays for every

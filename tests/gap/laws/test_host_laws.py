@@ -7,9 +7,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.gap.laws.dictionary.candidate import law_at
+from analysis.gap.laws.dictionary.candidate import law_at, waves
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.modulated import fixed, scaled
 from analysis.gap.laws.dictionary.parts import RigScales, plain
-from analysis.gap.laws.dictionary.products import Multiplier, of_flights, of_impacts, products
+from analysis.gap.laws.dictionary.products import of_flights, of_impacts, products
+from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.regression.problem import Regression
@@ -93,7 +96,7 @@ def test_a_product_that_no_list_holds_is_found_by_its_first_factor():
         (6.0 * approach * time_s, {"approach", "time"}),
     ):
         found, _ = find_law(
-            rows_that_follow(values, rng), columns, listed, np.random.default_rng(0), multipliers=of_impacts()
+            rows_that_follow(values, rng), columns, listed, np.random.default_rng(0), multipliers=of_impacts(known)
         )
         assert {factor.quantity for term in found.terms for factor in term.factors} == quantities_found
         assert found.coefficients[0] == pytest.approx(3.0 if len(quantities_found) == 1 else 6.0, rel=0.2)
@@ -102,12 +105,13 @@ def test_a_product_that_no_list_holds_is_found_by_its_first_factor():
 def test_products_are_short_and_follow_something_else():
     """Not the same quantity twice, no more factors and terms than a formula may have."""
     base = plain("friction", Term("floor_friction", 1.0, (Factor("radius"), Factor("speed"))))
-    made = products(base, of_impacts())
+    known = np.random.default_rng(1).uniform(0.1, 1.0, (50, W.KNOWN_SIZE))
+    made = products(base, of_impacts(known))
     assert all(len(term.factors) == 3 for one in made for term in one.terms)
     assert not any("passing" in one.name and len(one.terms) > 4 for one in made)
-    assert products(base, [Multiplier("the speed", (Factor("speed"),))]) == []
+    assert products(base, [fixed("times the speed", (Factor("speed"),))]) == []
     full = plain("full", Term("floor_friction", 1.0, (Factor("radius"), Factor("speed"), Factor("time"))))
-    assert products(full, of_impacts()) == []
+    assert products(full, of_impacts(known)) == []
 
 
 def test_a_pair_along_two_directions_is_one_term_along_one():
@@ -119,8 +123,53 @@ def test_a_pair_along_two_directions_is_one_term_along_one():
 
 def test_multipliers_are_in_rig_units():
     """What fades does so within a share of the rig's own length and time."""
-    small = of_flights(RigScales(0.04, 1.0, 0.06, 1.0, 70.0, 50.0))
-    large = of_flights(RigScales(0.4, 10.0, 0.6, 10.0, 7.0, 5.0))
+    small = of_flights(RigScales(0.04, 1.3, 0.06, 1.1, 70.0, 53.0))
+    large = of_flights(RigScales(0.4, 13.0, 0.6, 11.0, 7.0, 5.3))
+    lengths = ("gap", "since", "time", "speed", "sliding_speed", "radius", "from_contact")
     for one, other in zip(small, large, strict=True):
-        for a, b in zip(one.factors, other.factors, strict=True):
-            assert b.scale == pytest.approx(10 * a.scale if a.quantity in ("gap", "since") else a.scale)
+        for (numbers, _), (larger, _) in zip(one.starts, other.starts, strict=True):
+            pairs = zip(one.make(*numbers), other.make(*larger), strict=True)
+            for a, b in ((a, b) for factors, others in pairs for a, b in zip(factors, others, strict=True)):
+                times = 1.0 if a.scale == 1.0 else {**dict.fromkeys(lengths, 10.0), "spin": 0.1}.get(a.quantity, 1.0)
+                assert b.scale == pytest.approx(times * a.scale)
+
+
+def test_a_form_may_be_multiplied_by_what_fades():
+    """A product has the numbers of the form and of what multiplies it: a place whose friction comes back in the run."""
+    place = next(one for one in flight_candidates(RigScales(0.04, 1.0, 0.06, 1.0, 70.0, 50.0)) if "patch" in one.name)
+    (fading, *_) = products(place, [scaled("that settles in the run", ("time", "exponential", 1.0), [0.3])])
+    assert fading.numbers == (*place.numbers, 0.3) and len(fading.steps) == len(fading.positive) == 4
+    (term,) = fading.at((0.01, 0.02, 0.016, 0.5)).terms
+    (alone,) = place.at((0.01, 0.02, 0.016)).terms
+    assert term.factors == (*alone.factors, Factor("time", "exponential", 1.0, 0.5))
+
+
+def test_a_rim_that_the_spin_lets_bulge_has_its_law():
+    """Its middle is off by 0.3 mm at high spins, beside what an offset of the mass centre takes."""
+    rng = np.random.default_rng(3)
+    known = np.zeros((240, W.KNOWN_SIZE))
+    known[:, W.SPIN] = rng.uniform(-150.0, 150.0, 240)
+    known[:, W.APPROACH], known[:, W.SLIP] = rng.uniform(0.1, 1.0, 240), rng.normal(0.0, 0.5, 240)
+    known[:, W.TIME], known[:, W.SINCE] = rng.uniform(0.0, 1.0, 240), rng.uniform(0.01, 0.1, 240)
+    known[:, W.ANGLE], azimuth = rng.uniform(-np.pi, np.pi, (2, 240))
+    known[:, W.X], known[:, W.Y] = 0.03 * np.cos(azimuth), 0.03 * np.sin(azimuth)
+    known[:, W.HX], known[:, W.HY] = known[:, W.X], known[:, W.Y]
+
+    def columns(terms):
+        out = np.empty((240, len(terms)))
+        sizes(rows_of(terms), known, out)
+        return out / 2e-5
+
+    body = columns([Term("contact_radius", 1.0, (wave,)) for wave in waves("body_angle")])
+    grows = known[:, W.SPIN] ** 2 / (known[:, W.SPIN] ** 2 + 40.0**2)
+    nuisances = np.column_stack([np.ones(240), body])
+    residual = 3e-4 * grows * body[:, 0] + rng.normal(0.0, 1.0, 240)
+    run = np.repeat(np.arange(6), 40)
+    problem = Regression(residual, nuisances, np.zeros(3), np.arange(240) // 4, run)
+    found, p = find_law(
+        problem, columns, wall_candidates(known), np.random.default_rng(0), multipliers=of_impacts(known)
+    )
+    assert p < 1e-3
+    followed = {factor.quantity for term in found.terms for factor in term.factors}
+    assert followed == {"body_angle", "spin"} and len(found.parts) == 1
+    assert found.parts[0].numbers == pytest.approx((40.0,), rel=0.2)

@@ -111,11 +111,17 @@ def modulated(scales: RigScales) -> list[Candidate]:
     return list({frozenset(candidate.terms): candidate for candidate in every}.values())
 
 
-def _fixed(name: str, *products: tuple[Factor, ...]) -> Modulator:
+def with_a_scale(scales: RigScales) -> list[Modulator]:
+    """What makes a carrier more or less by a scale of its own: of motion, of time, of the blows before."""
+    return [one for one in (*_of_motion(scales), *_of_time(scales), *_of_blows(scales)) if one.positive]
+
+
+def fixed(name: str, *products: tuple[Factor, ...]) -> Modulator:
+    """A modulator without numbers of its own: ``products`` of factors, a column each."""
     return Modulator(name, lambda: products)
 
 
-def _scaled(
+def scaled(
     name: str, shape: tuple[str, str, float], sizes: Sequence[float], factors: tuple[Factor, ...] = ()
 ) -> Modulator:
     """A function (``shape``: quantity, function, order) whose scale is searched from each of ``sizes``."""
@@ -129,7 +135,7 @@ def _scaled(
 
 def _plain() -> list[Modulator]:
     out = [
-        _fixed(f"with {name}", (factor,))
+        fixed(f"with {name}", (factor,))
         for name, factor in (
             ("the radius", Factor("radius")), ("the radius' square", Factor("radius", "power", 2.0)),
             ("the radius to the fourth", Factor("radius", "power", 4.0)),
@@ -150,7 +156,7 @@ def _plain() -> list[Modulator]:
     ]  # fmt: skip
     # A floor that pitches as it is accelerated presses at one side: place times acceleration.
     out.append(
-        _fixed("with the radius and the Host's acceleration outwards",
+        fixed("with the radius and the Host's acceleration outwards",
                (Factor("radius"), Factor("host_acceleration_outwards")))
     )  # fmt: skip
     return out
@@ -159,7 +165,7 @@ def _plain() -> list[Modulator]:
 def _waves() -> list[Modulator]:
     """With angles, and with what has two parts along directions of the room."""
     out = [
-        _fixed(f"with the {quantity.replace('_', ' ')}, order {order:g}", *((wave,) for wave in waves(quantity, order)))
+        fixed(f"with the {quantity.replace('_', ' ')}, order {order:g}", *((wave,) for wave in waves(quantity, order)))
         for quantity, orders in (
             ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("angle", (1.0, 2.0)), ("azimuth", (1.0, 2.0, 3.0)),
             ("body_angle", (1.0, 2.0)), ("sliding_direction", (1.0, 2.0)), ("sliding_heading", (1.0, 2.0)),
@@ -167,7 +173,7 @@ def _waves() -> list[Modulator]:
         for order in orders
     ]  # fmt: skip
     return out + [
-        _fixed(f"with the {quantity.replace('_', ' ')}", *((way,) for way in ways(quantity)))
+        fixed(f"with the {quantity.replace('_', ' ')}", *((way,) for way in ways(quantity)))
         for quantity in ("sliding_along", "host_acceleration_along", "host_velocity_along", "along_host")
     ]
 
@@ -181,28 +187,25 @@ def _of_motion(scales: RigScales) -> list[Modulator]:
         )
     )  # fmt: skip
     return [
-        _scaled("at slow sliding", ("sliding_speed", "exponential", 1.0), speeds),
-        _scaled("at slow motion", ("speed", "exponential", 1.0), speeds),
-        _scaled("that the speed takes", ("speed", "rational", 2.0), lifts),
-        _scaled("that sliding takes", ("sliding_speed", "rational", 2.0), lifts),
-        _scaled("beyond a speed", ("speed", "above", 1.0), lifts),
-        _scaled("at slow spin", ("spin", "decay", 1.0), spins),
-        _scaled("at spins below one", ("spin", "gaussian", 1.0), spins),
-        _scaled("inside a radius", ("radius", "below", 1.0), radii),
-        _scaled("beyond a radius", ("radius", "above", 1.0), radii),
-        _scaled("near the wall", ("gap", "exponential", 1.0), ranges),
+        scaled("at slow sliding", ("sliding_speed", "exponential", 1.0), speeds),
+        scaled("at slow motion", ("speed", "exponential", 1.0), speeds),
+        scaled("that the speed takes", ("speed", "rational", 2.0), lifts),
+        scaled("that sliding takes", ("sliding_speed", "rational", 2.0), lifts),
+        scaled("beyond a speed", ("speed", "above", 1.0), lifts),
+        scaled("at slow spin", ("spin", "decay", 1.0), spins),
+        scaled("at spins below one", ("spin", "gaussian", 1.0), spins),
+        scaled("inside a radius", ("radius", "below", 1.0), radii),
+        scaled("beyond a radius", ("radius", "above", 1.0), radii),
+        scaled("near the wall", ("gap", "exponential", 1.0), ranges),
     ]
 
 
 def _of_time(scales: RigScales) -> list[Modulator]:
     fades, changes = ([share * scales.run_s for share in shares] for shares in (FADES, CHANGES))
     return [
-        _scaled("that settles in the run", ("time", "exponential", 1.0), fades),
-        _scaled("that changes at once", ("time", "below", 1.0), changes),
-        *(
-            _fixed("that changes with a run", (Factor("run", "below", 1.0, run - 0.5),))
-            for run in range(1, scales.runs)
-        ),
+        scaled("that settles in the run", ("time", "exponential", 1.0), fades),
+        scaled("that changes at once", ("time", "below", 1.0), changes),
+        *(fixed("that changes with a run", (Factor("run", "below", 1.0, run - 0.5),)) for run in range(1, scales.runs)),
     ]
 
 
@@ -217,13 +220,13 @@ def _of_blows(scales: RigScales) -> list[Modulator]:
         return ((Factor("recent_blows", y=fades_s),),)
 
     return [
-        _scaled("after an impact", ("since", "exponential", 1.0), times),
-        _scaled("just after an impact", ("since", "below", 1.0), times),
-        _scaled("with the last blow, for a time", ("since", "exponential", 1.0), times, hard),
-        _scaled("until a time that goes with the last blow", ("since_by_blow", "below", 1.0), by_blow),
-        _scaled("for a time that goes with the last blow", ("since_by_blow", "exponential", 1.0), by_blow),
-        _scaled("that the blows wear off", ("blows", "exponential", 1.0), WEARS),
-        _scaled("near the last contact", ("from_contact", "exponential", 1.0), [s * scales.radius_m for s in REACHES]),
+        scaled("after an impact", ("since", "exponential", 1.0), times),
+        scaled("just after an impact", ("since", "below", 1.0), times),
+        scaled("with the last blow, for a time", ("since", "exponential", 1.0), times, hard),
+        scaled("until a time that goes with the last blow", ("since_by_blow", "below", 1.0), by_blow),
+        scaled("for a time that goes with the last blow", ("since_by_blow", "exponential", 1.0), by_blow),
+        scaled("that the blows wear off", ("blows", "exponential", 1.0), WEARS),
+        scaled("near the last contact", ("from_contact", "exponential", 1.0), [s * scales.radius_m for s in REACHES]),
         Modulator("with the recent blows", recent, tuple(((time,), (SCALE_STEP,)) for time in times), (True,)),
     ]
 

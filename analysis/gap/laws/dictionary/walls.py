@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
 from analysis.gap.laws.dictionary.impacts import SCALES, around, creeping, spaced, swinging, worn
-from analysis.gap.laws.dictionary.modulated import WEARS
+from analysis.gap.laws.dictionary.modulated import WEARS, Carrier, fixed
+from analysis.gap.laws.dictionary.modulated import scaled as scaled_by
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -22,6 +23,16 @@ WALL_ORDERS, BODY_ORDERS = range(2, 13), range(2, 7)
 PLACES, DENTS, ARCS = 16, (0.15, 0.35), (0.4, 0.9, 1.57)
 # A turn, and by how much a search first moves a step of the wall (rad).
 TURN, STEP_RAD = 2 * math.pi, 0.15
+# Orders around the wall and the disk that may change with something; scales over the usual spin or slip.
+CHANGING_WALL, CHANGING_BODY, SHARES = (1, 2, 3, 4), (1, 2, 3), (0.5, 1.5)
+_FOLLOWED = (
+    ("the time", Factor("time")), ("the run", Factor("run")), ("the approach speed", Factor("approach")),
+    ("the slip", Factor("slip", "absolute_power")), ("the signed slip", Factor("slip")),
+    ("the spin", Factor("spin", "absolute_power")), ("the signed spin", Factor("spin")),
+    ("the spin's square", Factor("spin", "power", 2.0)), ("the sense of spin", Factor("spin", "sign")),
+    ("the wall's own speed", Factor("wall_speed")), ("the recent blow", Factor("last_approach")),
+    ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
+)  # fmt: skip
 # Directions in which a clamped ring is squashed first.
 SQUASHED = 6
 # Share of the run in which a wall settles; quantiles of the time at which it changes at once.
@@ -53,6 +64,29 @@ def _squashed() -> list[Candidate]:
     ]
 
 
+def _shapes_that_change(known: Array) -> list[Candidate]:
+    """Each wave around the wall or the disk times each of what may make it more or less: a wall that creeps, a rim that
+    spin or speed lets bulge."""
+    run_s = float(np.max(known[:, W.TIME], initial=0.0))
+    usual_spin, usual_slip = (float(np.median(np.abs(known[:, at]))) if len(known) else 0.0 for at in (W.SPIN, W.SLIP))
+    modulators = [
+        *(fixed(f"with {name}", (factor,)) for name, factor in _FOLLOWED),
+        *(scaled_by(name, shape, [share * size for share in SHARES]) for name, shape, size in (
+            ("as the spin takes it", ("spin", "rational", 2.0), usual_spin),
+            ("at slow spin", ("spin", "decay", 1.0), usual_spin),
+            ("at small slips", ("slip", "decay", 1.0), usual_slip),
+            ("that settles", ("time", "exponential", 1.0), run_s * SETTLES[1]),
+        ) if size > 0),
+    ]  # fmt: skip
+    carriers = [
+        Carrier(f"{WORD} with the {quantity.replace('_', ' ')}, order {order}, changing",
+                tuple(Term(TARGET, 1.0, (wave,)) for wave in waves(quantity, float(order))))
+        for quantity, orders in (("azimuth", CHANGING_WALL), ("body_angle", CHANGING_BODY))
+        for order in orders
+    ]  # fmt: skip
+    return [one for carrier in carriers for modulator in modulators for one in carrier.times(modulator)]
+
+
 def wall_candidates(known: Array) -> list[Candidate]:
     """Candidates for the contact radius, from what is known at the impacts (K, KNOWN_SIZE)."""
     out = []
@@ -67,12 +101,9 @@ def wall_candidates(known: Array) -> list[Candidate]:
         for order in orders:
             terms = tuple(Term(TARGET, 1.0, (wave,)) for wave in waves(quantity, float(order)))
             out.append(plain(f"{WORD} with the {quantity}, order {order}", *terms))
-    for quantity, word in (("time", "time"), ("run", "run")):
-        for order in (1, 2):  # a wall that creeps, or bends
-            terms = tuple(Term(TARGET, 1.0, (Factor(quantity), wave)) for wave in waves("azimuth", float(order)))
-            out.append(plain(f"{WORD} with the azimuth and the {word}, order {order}", *terms))
     turned = (Term(TARGET, 1.0, (Factor("last_approach"), wave)) for wave in waves("contact_turn"))
     out.append(plain(f"{WORD} with the contact before and its speed", *turned))
+    out += _shapes_that_change(known)
     swings = (Term(TARGET, 1.0, (one, other)) for one in waves("azimuth") for other in waves("phase"))
     out.append(plain(f"{WORD} with the azimuth and the phase", *swings))
     out += spaced(WORD, TARGET)
