@@ -12,7 +12,7 @@ from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.modulated import modulated
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws.formula import as_text
-from ovines.core.laws.kernel import pushes, shared_pushes, shared_terms
+from ovines.core.laws.kernel import pushes, shared_pushes, shared_terms, shared_values
 from ovines.core.laws.terms import rows_of
 from ovines.core.laws.words import KNOWN_SIZE
 from tests.gap.laws.test_memory_laws import flight_law, made_series, quantities
@@ -49,7 +49,12 @@ def test_terms_asked_together_push_as_each_by_itself():
     pushes(rows, known, each)
     shared = shared_terms(rows)
     assert len(shared.factors) < 0.5 * len(rows) and len(shared.directions) < 0.1 * len(rows)
-    shared_pushes(shared, known, np.empty((len(shared.directions), 3)), np.empty(len(shared.factors)), together)
+    pushed, value = np.empty((3, len(shared.directions), 3)), np.empty((3, len(shared.factors)))
+    shared_values(shared, known, pushed, value)
+    for first in range(0, len(rows), 1000):
+        some = np.empty((3, 3, min(1000, len(rows) - first)))
+        shared_pushes(shared, first, pushed, value, some)
+        together[:, :, first : first + 1000] = some
     np.testing.assert_allclose(together, each, rtol=1e-12, atol=1e-12)
 
 

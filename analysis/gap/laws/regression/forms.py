@@ -93,7 +93,7 @@ def forms_of(
     no nuisance changes, where they are known."""
     folds = problem.folds
     first, nuisances = np.unique(problem.block, return_index=True)[1], problem.nuisances
-    parts = _parts(folds)
+    parts = stretches(folds)
     nuisance = np.array([nuisances[rows].T @ nuisances[rows] for rows in parts])
     cross = np.array([nuisances[rows].T @ columns[rows] for rows in parts])
     kin = kin_of(problem, columns, groups) if kin is None else kin
@@ -103,7 +103,7 @@ def forms_of(
 
 def kin_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]]) -> tuple[Kin, ...]:
     """Groups of ``columns`` (M, C) by their size, and their products in each fold of a problem."""
-    own = [columns[rows] for rows in _parts(problem.folds)]
+    own = [columns[rows] for rows in stretches(problem.folds)]
     squares = [np.einsum("mc,mc->c", mine, mine) for mine in own]
     size = np.array([len(group) for group in groups])
     kin = []
@@ -115,11 +115,11 @@ def kin_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]])
     return tuple(kin)
 
 
-def _parts(folds: NDArray[np.int64]) -> list[NDArray[np.int64] | slice]:
-    """Rows of each fold, as a stretch where they are one: that needs no copy of them."""
+def stretches(number: NDArray[np.int64]) -> list[NDArray[np.int64] | slice]:
+    """Rows of each number from 0 on, as a stretch where they are one: that needs no copy of them."""
     parts: list[NDArray[np.int64] | slice] = []
-    for r in range(folds.max() + 1):
-        rows = np.flatnonzero(folds == r)
+    for r in range(number.max(initial=-1) + 1):
+        rows = np.flatnonzero(number == r)
         first, last = (int(rows[0]), int(rows[-1])) if len(rows) else (0, -1)
         parts.append(slice(first, last + 1) if last + 1 - first == len(rows) else rows)
     return parts
