@@ -22,7 +22,7 @@ from analysis.flights.noise import GROSS_SD, FlightNoise
 from analysis.flights.single_flight import whiten
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit, prior_of
-from ovines.core.laws.kernel import SharedTerms, pushes, shared_pushes, shared_terms
+from ovines.core.laws.kernel import SharedTerms, pushes, shared_pushes, shared_terms, shared_values
 from ovines.core.laws.terms import Term, rows_of
 from ovines.workers.threads import in_threads
 
@@ -32,7 +32,7 @@ SUBSTEPS = 3
 # So many terms, a whole dictionary, are worth a thread for each processor.
 MANY_TERMS = 64
 # And so many are answered at a time, flight by flight: their numbers stay near the processor.
-AT_ONCE = 128
+AT_ONCE = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +52,11 @@ class _Flight:
     weight: Array
     own: Array
 
-    def projected(self, rows: Array) -> Array:
-        """Whitened rows (N, 3, C) without what the start state takes, (3 N, C)."""
-        flat = (rows * self.weight[:, :, None]).reshape(-1, rows.shape[2])
-        return np.asarray(flat - self.own @ (self.own.T @ flat), float)
+    def projected(self, rows: Array, out: Array | None = None) -> Array:
+        """Whitened rows (N, 3, C), which it weighs in place, without what the start state takes, (3 N, C)."""
+        rows *= self.weight[:, :, None]
+        flat = rows.reshape(-1, rows.shape[2])
+        return np.asarray(np.subtract(flat, self.own @ (self.own.T @ flat), out=out), float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +77,10 @@ class FlightRegression:
         out = np.empty((len(self.problem.residual), len(packed)))
         if len(packed) < MANY_TERMS:
             for one, own in self._by_flight(out):
-                own[:] = _columns(one, _given(one, packed))
+                _columns(one, _given(one, packed), own)
             return out
-        parts = [shared_terms(packed[i : i + AT_ONCE]) for i in range(0, len(packed), AT_ONCE)]
-        in_threads(_fill, [(one, parts, own) for one, own in self._by_flight(out)])
+        shared = shared_terms(packed)
+        in_threads(_fill, [(one, shared, own) for one, own in self._by_flight(out)])
         return out
 
     def _by_flight(self, out: Array) -> Iterator[tuple[_Flight, Array]]:
@@ -187,34 +188,44 @@ def _steps(times: Array, damping: Array) -> tuple[Array, Array]:
 
 
 @making_arrays
-def _respond(times: Array, turn: Array, pushed: Array, given: Array, moved: Array) -> None:
-    """``moved`` (S, 3, T): displacements under accelerations ``given`` (S, 3, T), from rest, by the steps of
-    :func:`_steps`."""
+def _respond(times: Array, turn: Array, pushed: Array, given: Array, at: NDArray[np.int64], rows: Array) -> None:
+    """``rows`` (N, 3, T): displacements at the places ``at`` (N,) under accelerations ``given`` (S, 3, T), from rest at
+    the first, by the steps of :func:`_steps`."""
     count = given.shape[2]
-    speed, ahead = np.zeros((3, count)), np.zeros((3, count))
+    speed, ahead, moved = np.zeros((3, count)), np.zeros((3, count)), np.zeros((3, count))
+    rows[0] = 0.0
+    seen = 1
     for i in range(len(times) - 1):
-        h = times[i + 1] - times[i]
-        for j in range(count):
-            for m in range(3):
-                total = 0.0
-                for n in range(3):
-                    total += turn[i, m, n] * speed[n, j]
-                    total += pushed[i, m, n] * (given[i, n, j] + given[i + 1, n, j])
-                ahead[m, j] = total
-            for m in range(3):
-                moved[i + 1, m, j] = moved[i, m, j] + 0.5 * h * (speed[m, j] + ahead[m, j])
-                speed[m, j] = ahead[m, j]
+        half = 0.5 * (times[i + 1] - times[i])
+        for m in range(3):
+            a, b, c = turn[i, m, 0], turn[i, m, 1], turn[i, m, 2]
+            d, e, f = pushed[i, m, 0], pushed[i, m, 1], pushed[i, m, 2]
+            for j in range(count):  # one expression in its order: many terms at once
+                ahead[m, j] = (
+                    a * speed[0, j] + d * (given[i, 0, j] + given[i + 1, 0, j])
+                    + b * speed[1, j] + e * (given[i, 1, j] + given[i + 1, 1, j])
+                    + c * speed[2, j] + f * (given[i, 2, j] + given[i + 1, 2, j])
+                )  # fmt: skip
+        for m in range(3):
+            for j in range(count):
+                moved[m, j] += half * (speed[m, j] + ahead[m, j])
+        speed, ahead = ahead, speed
+        if seen < len(at) and at[seen] == i + 1:
+            rows[seen] = moved
+            seen += 1
 
 
-def _fill(one: _Flight, parts: Sequence[SharedTerms], out: Array) -> None:
+def _fill(one: _Flight, shared: SharedTerms, out: Array) -> None:
     """Columns ``out`` (3 N, T) of terms, so many at a time as stay near the processor, in one flight."""
-    first = 0
-    for shared in parts:
-        count = len(shared.coefficient)
-        given = np.empty((len(one.times), 3, count))
-        shared_pushes(shared, one.know, np.empty((len(shared.directions), 3)), np.empty(len(shared.factors)), given)
-        out[:, first : first + count] = _columns(one, given)
-        first += count
+    states = len(one.times)
+    pushed, value = np.empty((states, len(shared.directions), 3)), np.empty((states, len(shared.factors)))
+    shared_values(shared, one.know, pushed, value)
+    room = np.empty(states * 3 * AT_ONCE)
+    for first in range(0, out.shape[1], AT_ONCE):
+        own = out[:, first : first + AT_ONCE]
+        given = room[: states * 3 * own.shape[1]].reshape(states, 3, own.shape[1])
+        shared_pushes(shared, first, pushed, value, given)
+        _columns(one, given, own)
 
 
 def _given(one: _Flight, packed: Array) -> Array:
@@ -224,10 +235,9 @@ def _given(one: _Flight, packed: Array) -> Array:
     return given
 
 
-def _columns(one: _Flight, given: Array) -> Array:
+def _columns(one: _Flight, given: Array, out: Array | None = None) -> Array:
     """What accelerations ``given`` (S, 3, C) make of the frames: whitened, without the start state, (3 N, C)."""
-    moved = np.zeros_like(given)
-    _respond(one.times, one.turn, one.pushed, given, moved)
-    rows = np.ascontiguousarray(moved[one.at])
+    rows = np.empty((len(one.at), *given.shape[1:]))
+    _respond(one.times, one.turn, one.pushed, given, one.at, rows)
     whiten(rows, np.zeros(rows.shape[:2]), one.place, one.angle)
-    return one.projected(rows)
+    return one.projected(rows, out)

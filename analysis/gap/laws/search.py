@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 from scipy.stats import wilcoxon
 
 from analysis.gap.laws.dictionary.candidate import Candidate
@@ -24,6 +23,7 @@ from analysis.gap.laws.regression.forms import (
     gains_of_choice,
     held_out_gains,
     kin_of,
+    stretches,
 )
 from analysis.gap.laws.regression.problem import Profile, Regression
 from analysis.gap.selection.null_distribution import by_chance
@@ -185,19 +185,25 @@ def columns_of(
     :data:`FEWEST_BLOCKS` blocks would tell of them: what one flight shows is no law."""
     terms = [term for one in candidates for term in one.terms]
     table = columns(terms)
-    table = np.where(blocks_telling(table, block) >= FEWEST_BLOCKS, table, 0.0)
-    size = np.sqrt(np.sum(table**2, 0))
-    table = table / np.where(size > 0, size, 1.0)
+    # In place, as a dictionary's columns of a long series fill a gigabyte.
+    length = _lengths(table, block)
+    told = _blocks_telling(length) >= FEWEST_BLOCKS
+    size = np.sqrt(np.sum(length**2, 0))
+    table[:, ~told] = 0.0
+    table /= np.where(told & (size > 0), size, 1.0)
     ends = np.cumsum([len(one.terms) for one in candidates])
     return table, [list(range(end - len(one.terms), end)) for one, end in zip(candidates, ends, strict=True)]
 
 
-def blocks_telling(table: Array, block: NDArray[np.int64]) -> Array:
-    """Over how many blocks each column (M, C) is spread: the square of the sum of its lengths in each block, over the
-    sum of their squares (C,)."""
-    number = np.unique(block, return_inverse=True)[1]
-    ones = csr_matrix((np.ones(len(number)), (number, np.arange(len(number)))))
-    length = np.sqrt(np.asarray(ones @ table**2, float))
+def _lengths(table: Array, block: NDArray[np.int64]) -> Array:
+    """The length of each column (M, C) in each block, (B, C)."""
+    parts = [table[rows] for rows in stretches(np.unique(block, return_inverse=True)[1])]
+    return np.sqrt(np.array([np.einsum("mc,mc->c", own, own) for own in parts]).reshape(len(parts), table.shape[1]))
+
+
+def _blocks_telling(length: Array) -> Array:
+    """Over how many blocks columns of such a ``length`` (B, C) in each are spread: the square of the lengths' sum, over
+    the sum of their squares (C,)."""
     return np.asarray(length.sum(0) ** 2 / np.maximum(np.sum(length**2, 0), 1e-300), float)
 
 

@@ -220,22 +220,29 @@ def pushes(rows: Floats, known: Floats, out: Floats) -> None:
 
 
 @compiled
-def shared_pushes(shared: SharedTerms, known: Floats, pushed: Floats, value: Floats, out: Floats) -> None:
-    """What :func:`pushes` gives, each direction and each factor asked once for all the terms that have it; ``pushed``
-    (D, 3) and ``value`` (F,) hold these of one state."""
+def shared_values(shared: SharedTerms, known: Floats, pushed: Floats, value: Floats) -> None:
+    """Each direction ``pushed`` (N, D, 3) and the ``value`` (N, F) of each factor in each of the states ``known``, once
+    for all the terms that have it."""
+    pushed[:] = 0.0
     for i in range(known.shape[0]):
-        pushed[:] = 0.0
         for d in range(shared.directions.shape[0]):
-            push(shared.directions[d], 1.0, known[i], pushed[d])
+            push(shared.directions[d], 1.0, known[i], pushed[i, d])
         for f in range(shared.factors.shape[0]):
-            value[f] = factor(shared.factors[f], 0, known[i])
-        for j in range(shared.direction_of.shape[0]):
-            size = shared.coefficient[j]
+            value[i, f] = factor(shared.factors[f], 0, known[i])
+
+
+@compiled
+def shared_pushes(shared: SharedTerms, first: int, pushed: Floats, value: Floats, out: Floats) -> None:
+    """What :func:`pushes` gives of as many terms from the ``first`` on as ``out`` (N, 3, T) has place for, from
+    :func:`shared_values`."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[2]):
+            size = shared.coefficient[first + j]
             for k in range(shared.factor_of.shape[1]):
-                if shared.factor_of[j, k] >= 0:
-                    size *= value[shared.factor_of[j, k]]
+                if shared.factor_of[first + j, k] >= 0:
+                    size *= value[i, shared.factor_of[first + j, k]]
             for m in range(3):
-                out[i, m, j] = size * pushed[shared.direction_of[j], m]
+                out[i, m, j] = size * pushed[i, shared.direction_of[first + j], m]
 
 
 @compiled

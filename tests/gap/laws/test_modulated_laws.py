@@ -11,11 +11,14 @@ import pytest
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.modulated import modulated
 from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.flight_rows import AT_ONCE, MANY_TERMS, flight_regression
+from analysis.gap.laws.search import columns_of
+from analysis.gap.selection.flight_steps import first_flights
 from ovines.core.laws.formula import as_text
-from ovines.core.laws.kernel import pushes, shared_pushes, shared_terms
+from ovines.core.laws.kernel import pushes, shared_pushes, shared_terms, shared_values
 from ovines.core.laws.terms import rows_of
 from ovines.core.laws.words import KNOWN_SIZE
-from tests.gap.laws.test_memory_laws import flight_law, made_series, quantities
+from tests.gap.laws.test_memory_laws import EFFECTS, flight_law, made_series, quantities
 
 SCALES = RigScales(0.04, 1.7, 0.06, 0.8, 69.0, 100.0, 4)
 CARRIED = {
@@ -49,8 +52,35 @@ def test_terms_asked_together_push_as_each_by_itself():
     pushes(rows, known, each)
     shared = shared_terms(rows)
     assert len(shared.factors) < 0.5 * len(rows) and len(shared.directions) < 0.1 * len(rows)
-    shared_pushes(shared, known, np.empty((len(shared.directions), 3)), np.empty(len(shared.factors)), together)
+    pushed, value = np.empty((3, len(shared.directions), 3)), np.empty((3, len(shared.factors)))
+    shared_values(shared, known, pushed, value)
+    for first in range(0, len(rows), 1000):
+        some = np.empty((3, 3, min(1000, len(rows) - first)))
+        shared_pushes(shared, first, pushed, value, some)
+        together[:, :, first : first + 1000] = some
     np.testing.assert_allclose(together, each, rtol=1e-12, atol=1e-12)
+
+
+def test_columns_of_a_dictionary_are_those_of_each_term_by_itself(loaded):
+    """Asked together, in pieces, each answers as alone: accelerations, the steps' displacements, the frames; in unit
+    length, and nil where fewer than four flights tell of one."""
+    _, series = loaded("none", 1.0, 4, runs=2)
+    flights = flight_regression(first_flights(series, EFFECTS))
+    some = [one for one in flight_candidates(SCALES) if len(one.terms) == 1][::5]
+    assert len(some) > AT_ONCE > MANY_TERMS
+    alone = np.column_stack([flights.columns(one.terms) for one in some])
+    together = flights.columns([one.terms[0] for one in some])
+    assert np.all(np.abs(together - alone) <= 1e-11 * np.linalg.norm(alone, axis=0))  # the rounding of sums
+    # Blocks in any order, the last of them with less than the fewest.
+    block = flights.problem.block.copy()
+    order = np.random.default_rng(0).permutation(len(block))
+    alone[:, 0] = np.where(block < 3, alone[:, 0], 0.0)
+    table, groups = columns_of(some, lambda terms: alone[order].copy(), block[order])
+    assert groups == [[i] for i in range(len(some))] and not np.any(table[:, 0])
+    told = np.any(table != 0.0, 0)
+    assert np.count_nonzero(told) > 0.5 * len(some)
+    expected = alone[order][:, told] / np.linalg.norm(alone[:, told], axis=0)
+    np.testing.assert_allclose(table[:, told], expected, rtol=1e-9, atol=1e-15)
 
 
 @pytest.mark.parametrize("scale", [0.1, 10.0])

@@ -43,7 +43,7 @@ def test_a_sticker_that_stands_up_like_a_fin_trails(tmp_path):
 
 
 def test_marks_around_the_floors_middle_hold_what_slides_across_them(tmp_path):
-    series, true = made_series(tmp_path, "unknown_concentric_marks", 1.0, 62, runs=3)
+    series, true = made_series(tmp_path, "unknown_concentric_marks", 1.0, 64, runs=2)
     law = flight_law(series)
     assert law.law.terms[0].target == "polar_floor_friction", as_text(law.law)
     # In the middle they have no direction, and hold less.

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.compiled import compiled
 from analysis.gap.laws.regression.problem import Regression, scaled_inverse
 
 Array = NDArray[np.float64]
@@ -93,7 +94,7 @@ def forms_of(
     no nuisance changes, where they are known."""
     folds = problem.folds
     first, nuisances = np.unique(problem.block, return_index=True)[1], problem.nuisances
-    parts = _parts(folds)
+    parts = stretches(folds)
     nuisance = np.array([nuisances[rows].T @ nuisances[rows] for rows in parts])
     cross = np.array([nuisances[rows].T @ columns[rows] for rows in parts])
     kin = kin_of(problem, columns, groups) if kin is None else kin
@@ -103,7 +104,7 @@ def forms_of(
 
 def kin_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]]) -> tuple[Kin, ...]:
     """Groups of ``columns`` (M, C) by their size, and their products in each fold of a problem."""
-    own = [columns[rows] for rows in _parts(problem.folds)]
+    own = [columns[rows] for rows in stretches(problem.folds)]
     squares = [np.einsum("mc,mc->c", mine, mine) for mine in own]
     size = np.array([len(group) for group in groups])
     kin = []
@@ -115,11 +116,11 @@ def kin_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]])
     return tuple(kin)
 
 
-def _parts(folds: NDArray[np.int64]) -> list[NDArray[np.int64] | slice]:
-    """Rows of each fold, as a stretch where they are one: that needs no copy of them."""
+def stretches(number: NDArray[np.int64]) -> list[NDArray[np.int64] | slice]:
+    """Rows of each number from 0 on, as a stretch where they are one: that needs no copy of them."""
     parts: list[NDArray[np.int64] | slice] = []
-    for r in range(folds.max() + 1):
-        rows = np.flatnonzero(folds == r)
+    for r in range(number.max(initial=-1) + 1):
+        rows = np.flatnonzero(number == r)
         first, last = (int(rows[0]), int(rows[-1])) if len(rows) else (0, -1)
         parts.append(slice(first, last + 1) if last + 1 - first == len(rows) else rows)
     return parts
@@ -182,8 +183,8 @@ def held_out_gains(forms: Forms, signs: Array, scores: Array | None = None) -> A
     """Fall of the sum of squares (D, G) of each fold, predicted by the others, when a group of columns is fitted beside
     the nuisances; ``signs`` (D, B) of the blocks' residuals; ``scores``: other blocks' than those of the forms."""
     gains = np.zeros((len(signs), sum(len(one.number) for one in forms.kin)))
-    for _, foretold in _by_fold(forms, signs, scores):
-        gains += foretold
+    for fold, pushed, own_score in _by_fold(forms, signs, scores):
+        _add_foretold(forms, fold, pushed, own_score, gains)
     return gains
 
 
@@ -191,34 +192,66 @@ def gains_of_choice(forms: Forms, prices: Array) -> Array:
     """Fall of the sum of squares (R,) of each fold, predicted by the group of columns that the others alone choose: of
     the largest fall there less its price (G,).  Of noise it is as often a rise: the fold had no part in the choice."""
     out = []
-    for explained, foretold in _by_fold(forms, np.ones((1, len(forms.fold)))):
-        out.append(float(foretold[0, int(np.argmax(explained[0] - prices))]))
+    for fold, pushed, own_score in _by_fold(forms, np.ones((1, len(forms.fold)))):
+        foretold, explained = np.zeros((1, len(prices))), np.zeros(len(prices))
+        _add_foretold(forms, fold, pushed, own_score, foretold)
+        for one, (told, inverses, _) in zip(forms.kin, fold.kin, strict=True):
+            score = pushed[0, one.at]
+            explained[one.number] = np.where(told, np.einsum("ga,gab,gb->g", score, inverses, score), 0.0)
+        out.append(float(foretold[0, int(np.argmax(explained - prices))]))
     return np.array(out)
 
 
-def _by_fold(forms: Forms, signs: Array, scores: Array | None = None) -> Iterator[tuple[Array, Array]]:
-    """Of each fold what each group explains of the others (D, G), and the fall of its own sum of squares that this
-    foretells (D, G)."""
+def _by_fold(forms: Forms, signs: Array, scores: Array | None = None) -> Iterator[tuple[_HeldOut, Array, Array]]:
+    """Each fold, the scores (D, C) of the columns in the others beside the nuisances, and those in its own once the
+    nuisances follow the others' solution."""
     scores = forms.scores if scores is None else scores
     folds = len(forms.nuisance)
     by_fold = np.stack([signs[:, forms.fold == r] @ scores[forms.fold == r] for r in range(folds)])
     held = forms.nuisance.shape[1]
     score = by_fold.sum(0)
-    shape = len(signs), sum(len(one.number) for one in forms.kin)
     for here, fold in zip(by_fold, forms.held_out, strict=True):
-        explained, foretold = np.zeros(shape), np.zeros(shape)
         rest_score = score - here
         pushed = rest_score[:, held:] - rest_score[:, :held] @ fold.turn
-        # Own fold's forms once the nuisances follow the others' solution.
         nuisances = rest_score[:, :held] @ fold.inverse
-        own_score = here[:, held:] - here[:, :held] @ fold.turn - nuisances @ fold.cross
-        for one, (told, inverses, own) in zip(forms.kin, fold.kin, strict=True):
-            step = np.einsum("dga,gab->dgb", pushed[:, one.at], inverses)
-            gain = 2 * np.einsum("dga,dga->dg", step, own_score[:, one.at])
-            gain -= np.einsum("dga,gab,dgb->dg", step, own, step, optimize=True)
-            foretold[:, one.number] = np.where(told, gain, 0.0)
-            explained[:, one.number] = np.where(told, np.einsum("dga,dga->dg", step, pushed[:, one.at]), 0.0)
-        yield explained, foretold
+        yield fold, pushed, here[:, held:] - here[:, :held] @ fold.turn - nuisances @ fold.cross
+
+
+def _add_foretold(forms: Forms, fold: _HeldOut, pushed: Array, own_score: Array, gains: Array) -> None:
+    """Add to ``gains`` (D, G) the fall of a fold's own sum of squares that the others foretell."""
+    for one, (told, inverses, own) in zip(forms.kin, fold.kin, strict=True):
+        _add_gains(one.number, one.at, told, inverses, own, pushed, own_score, np.empty(one.at.shape[1]), gains)
+
+
+@compiled
+def _add_gains(
+    number: NDArray[np.int64],
+    at: NDArray[np.int64],
+    told: NDArray[np.bool_],
+    inverses: Array,
+    own: Array,
+    pushed: Array,
+    own_score: Array,
+    step: Array,
+    gains: Array,
+) -> None:
+    """Of groups of one size; ``step`` (S,) holds the coefficients of one."""
+    size = at.shape[1]
+    for d in range(pushed.shape[0]):
+        for g in range(at.shape[0]):
+            if not told[g]:
+                continue
+            for b in range(size):
+                step[b] = 0.0
+                for a in range(size):
+                    step[b] += pushed[d, at[g, a]] * inverses[g, a, b]
+            gain = 0.0
+            for a in range(size):
+                rest = 2.0 * own_score[d, at[g, a]]
+                for b in range(size):
+                    rest -= own[g, a, b] * step[b]
+                gain += step[a] * rest
+            gains[d, number[g]] += gain
 
 
 def _between(first: Array, second: Array, at: NDArray[np.int64]) -> Array:
