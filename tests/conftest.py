@@ -109,6 +109,14 @@ def without_next_test() -> Iterator[None]:
 
 
 @pytest.fixture
+def without_laws(monkeypatch) -> None:
+    """No formula is searched for what the named effects leave: where an effect is the answer, the search takes as long
+    as all the rest and finds nothing, and has its own tests (tests/gap/laws, the tutorial's).
+    """
+    monkeypatch.setattr("analysis.gap.diagnose.write_laws", lambda ladder, *_: ((), ladder))
+
+
+@pytest.fixture
 def unpainted(monkeypatch) -> None:
     """Pages hold all their figures, and none is turned into a picture, which takes longer than all the rest: where the
     data are no special ones, and pages like this are painted in another test (test_gap_page, test_report, commands).
