@@ -1,29 +1,15 @@
 """The centre estimator against discs whose centre is known: bias, efficiency, honesty of its sd."""
 
-from functools import cache
-
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter1d
 
 from ovines.camera import Camera
+from tests.vision.markers.real_discs import blurring, pixels
 from vision.markers.fit import fit_discs
 from vision.markers.perspective import circle_centres
 from vision.markers.row import OK, SD, U, disc_start
 
 SUPERSAMPLING = 8
-
-
-@cache
-def blurring(size, blur):
-    """(size SUPERSAMPLING, size SUPERSAMPLING): what blurs a row of the fine grid."""
-    return gaussian_filter1d(np.eye(size * SUPERSAMPLING), blur * SUPERSAMPLING, axis=0, truncate=5)
-
-
-@cache
-def pixels(size, blur):
-    """(size, size SUPERSAMPLING): what blurs a row of the fine grid and averages it over pixels."""
-    return blurring(size, blur).reshape(size, SUPERSAMPLING, -1).mean(1)
 
 
 def disc_picture(radius, blur, contrast, noise, rng, level=60.0, slope=(0.0, 0.0)):
@@ -36,11 +22,12 @@ def disc_picture(radius, blur, contrast, noise, rng, level=60.0, slope=(0.0, 0.0
     x, y = np.meshgrid(fine - centre[0], fine - centre[1])
     mask = np.clip((radius - np.hypot(x, y)) * SUPERSAMPLING + 0.5, 0, 1)
     if any(slope):
-        mask = blurring(size, blur) @ mask @ blurring(size, blur).T
+        mask = blurring(size, SUPERSAMPLING, blur, 5) @ mask @ blurring(size, SUPERSAMPLING, blur, 5).T
         picture = (level + contrast * mask) * (1 + slope[0] * x + slope[1] * y)
         picture = picture.reshape(size, SUPERSAMPLING, size, SUPERSAMPLING).mean((1, 3))
     else:
-        picture = level + contrast * (pixels(size, blur) @ mask @ pixels(size, blur).T)
+        seen = pixels(size, SUPERSAMPLING, blur, 5)
+        picture = level + contrast * (seen @ mask @ seen.T)
     picture += rng.normal(0, noise, picture.shape)
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8), centre
 
