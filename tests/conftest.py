@@ -6,8 +6,10 @@ import gc
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 # As the commands do (ovines/__main__.py), and before numpy is loaded: with a thread per core in each of two test
@@ -109,6 +111,14 @@ def without_next_test() -> Iterator[None]:
 
 
 @pytest.fixture
+def without_laws(monkeypatch) -> None:
+    """No formula is searched for what the named effects leave: where an effect is the answer, the search takes as long
+    as all the rest and finds nothing, and has its own tests (tests/gap/laws, the tutorial's).
+    """
+    monkeypatch.setattr("analysis.gap.diagnose.write_laws", lambda ladder, *_: ((), ladder))
+
+
+@pytest.fixture
 def unpainted(monkeypatch) -> None:
     """Pages hold all their figures, and none is turned into a picture, which takes longer than all the rest: where the
     data are no special ones, and pages like this are painted in another test (test_gap_page, test_report, commands).
@@ -207,16 +217,17 @@ def tracks_of(motion: pd.DataFrame, cameras: Sequence[Camera], sd_px: float, rng
         points = moved(layout, *pose)
         for camera in cameras:
             uv = camera.project(points) - OFFSET_PX[camera.name] + rng.normal(0, sd_px, (*points.shape[:2], 2))
-            for i in range(len(layout)):
-                parts.append(
-                    pd.DataFrame(
-                        {
-                            "camera": camera.name, "frame": motion["frame"], "time_s": motion["time_s"],
-                            "marker": f"{prefix}{i + 1}", "u_px": uv[:, i, 0], "v_px": uv[:, i, 1], "sd_px": sd_px,
-                        }
-                    )
-                )  # fmt: skip
-    return pd.concat(parts, ignore_index=True)
+            count, markers = len(motion), [f"{prefix}{i + 1}" for i in range(len(layout))]
+            parts.append((np.full(count * len(layout), camera.name, object), np.repeat(markers, count),
+                          np.tile(motion["frame"], len(layout)), np.tile(motion["time_s"], len(layout)),
+                          *uv.transpose(2, 1, 0).reshape(2, -1)))  # fmt: skip
+    camera_of, marker_of, frame, time_s, u_px, v_px = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return pd.DataFrame(
+        {
+            "camera": camera_of.astype(str), "frame": frame, "time_s": time_s, "marker": marker_of, "u_px": u_px,
+            "v_px": v_px, "sd_px": sd_px,
+        }
+    )  # fmt: skip
 
 
 def recording_toml(name: str = "small") -> str:
@@ -235,15 +246,25 @@ def recording_toml(name: str = "small") -> str:
     )
 
 
+@cache
+def _small_tracks(frames: int, seed: int) -> tuple[bytes, pd.DataFrame]:
+    """The file tracks.parquet of the small recording, and what really moved: hundreds of tests ask for the same."""
+    motion = bouncing_motion(frames, 800.0)
+    tracks = tracks_of(motion, two_cameras(), 0.02, np.random.default_rng(seed))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "tracks.parquet"
+        write_table(tracks, "tracks", path, {})
+        return path.read_bytes(), motion
+
+
 def write_small_recording(folder: Path, frames: int = 200, seed: int = 1) -> Truth:
     """A recording that enters at tracks.parquet, its calibration beside it."""
     folder.mkdir(parents=True, exist_ok=True)
-    cameras, motion = two_cameras(), bouncing_motion(frames, 800.0)
-    tracks = tracks_of(motion, cameras, 0.02, np.random.default_rng(seed))
-    write_table(tracks, "tracks", folder / "tracks.parquet", {})
-    write_calibration(cameras, folder.parent / "calibration.json")
+    tracks, motion = _small_tracks(frames, seed)
+    (folder / "tracks.parquet").write_bytes(tracks)
+    write_calibration(two_cameras(), folder.parent / "calibration.json")
     (folder / "recording.toml").write_text(recording_toml(folder.name), encoding="utf-8")
-    return Truth(folder, motion)
+    return Truth(folder, motion.copy())
 
 
 @pytest.fixture

@@ -28,6 +28,7 @@ FOCAL_WIDTHS = np.geomspace(0.4, 12.0, 18)  # focal lengths tried, in image widt
 FOCAL_MIDDLE, FOCAL_SD = 1.5, 1.0  # of a lens nobody knows: widths, and sd of the logarithm
 FOLD_STEPS = 100  # places from the axis to the farthest point at which the distortion is looked at
 FLAT = 1e-3  # second singular value of the points about their middle, over the first: less is a line
+MOST_STEPS = 300  # of a fit: one that finds its camera takes some forty, one of points that no camera sees a thousand
 MISFIT_SDS = 5.0  # rms over the stated sd from which on a point is wrong
 _LOG_F, _CU, _CV, _D1, _D2, _R, _T = 0, 1, 2, 3, 4, slice(5, 8), slice(8, 11)
 
@@ -84,7 +85,7 @@ def camera_of_known_points(
     starts = _starts(uv_px, points_m, middle, width)
     if not starts:
         raise _no_camera(name)
-    tried = [least_squares(residuals, start, x_scale="jac", method="trf") for start in starts]
+    tried = [least_squares(residuals, start, x_scale="jac", method="trf", max_nfev=MOST_STEPS) for start in starts]
     above = [one for one in tried if _centre(one.x)[2] > 0 and np.isfinite(one.cost)]
     if not above:
         raise InputError(

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ovines.core.effects import EFFECTS
 from ovines.core.effects.written_laws import with_laws
@@ -48,6 +47,8 @@ def table_pieces(table: MeasuredMotion | None) -> np.ndarray:
     """Cubic-spline pieces of a measured Host motion: knot, then four coefficients of x, y, angle, z."""
     if table is None:
         return np.zeros((0, 17))
+    from scipy.interpolate import CubicSpline  # slow to load, and most Hosts move by a formula
+
     columns = [np.asarray(table.time_s, dtype=float)[:-1, None]]
     for values in (table.x_m, table.y_m, table.angle_rad, table.z_m):
         columns.append(CubicSpline(table.time_s, values).c.T)

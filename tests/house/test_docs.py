@@ -150,7 +150,7 @@ def identified_once() -> Iterator[None]:
         yield
 
 
-@pytest.mark.usefixtures("calibrated_once", "identified_once")
+@pytest.mark.usefixtures("calibrated_once", "identified_once", "without_laws")
 @pytest.mark.parametrize(("module", "name"), offered())
 def test_every_function_of_the_reference_has_an_example_that_runs(module, name, monkeypatch):
     monkeypatch.chdir(ROOT)

@@ -168,7 +168,8 @@ def _floor(p, x, y, slip_x, slip_y, spin, level, since_s, load, table):
     share = place - low
     both = math.tanh(math.hypot(speed, rim) / p.smoothing_m_per_s)
     force = p.coupling * both * (table[low, 0] + share * (table[low + 1, 0] - table[low, 0]))
-    force += (1.0 - p.coupling) * math.tanh(speed / p.smoothing_m_per_s)
+    if p.coupling != 1.0:
+        force += (1.0 - p.coupling) * math.tanh(speed / p.smoothing_m_per_s)
     torque = p.coupling * both * (table[low, 1] + share * (table[low + 1, 1] - table[low, 1])) * p.radius_m
     if spin > 0.0:
         torque = -torque
@@ -187,16 +188,18 @@ def _floor(p, x, y, slip_x, slip_y, spin, level, since_s, load, table):
 @compiled
 def middle_of(state, p):
     """From the centre of mass to the disk's middle, in the rig's frame."""
+    if p.mass_x_m == 0.0 and p.mass_y_m == 0.0:
+        return 0.0, 0.0
     c, s = math.cos(state[2]), math.sin(state[2])
     return -(c * p.mass_x_m - s * p.mass_y_m), -(s * p.mass_x_m + c * p.mass_y_m)
 
 
 @compiled
-def free_rate(time, state, p, harmonics, gust, table, out):
+def free_rate(time, host, state, p, gust, table, out):
     """Rate of (x, y, angle, vx, vy, spin, memory, time of the last impact) away from the wall, into ``out``; x, y of
-    the centre of mass.
+    the centre of mass; ``host``: what :func:`host_at` says of that time.
     """
-    where, speed, change = host_at(time, harmonics)
+    where, speed, change = host
     arm_x, arm_y = middle_of(state, p)
     vx, vy, spin = state[3], state[4], state[5]
     x, y = state[0] + arm_x - where[0], state[1] + arm_y - where[1]
@@ -242,20 +245,20 @@ def nearest(x, y, turn, p):
 
 
 @compiled
-def surface_at(time, state, p, harmonics):
+def surface_at(host, state, p):
     """How much the surface next to the disk bends, and its number."""
-    where, _, _ = host_at(time, harmonics)
+    where, _, _ = host
     arm_x, arm_y = middle_of(state, p)
     _, _, _, bend, number = nearest(state[0] + arm_x - where[0], state[1] + arm_y - where[1], where[2], p)
     return bend, number
 
 
 @compiled
-def wall_at(time, state, p, harmonics):
+def wall_at(host, state, p):
     """Gap to the wall, its outward normal, approach speed and slip at the contact, arm of the contact from the centre
     of mass.
     """
-    where, speed, _ = host_at(time, harmonics)
+    where, speed, _ = host
     arm_x, arm_y = middle_of(state, p)
     x, y = state[0] + arm_x - where[0], state[1] + arm_y - where[1]
     gap, nx, ny, _, _ = nearest(x, y, where[2], p)
@@ -267,13 +270,13 @@ def wall_at(time, state, p, harmonics):
 
 
 @compiled
-def pressed(time, state, p, harmonics, gust, table, out):
+def pressed(time, host, state, p, gust, table, out):
     """Rate of the free state into ``out``; what the wall must push per unit mass to keep the disk at it; <= 0 where it
     would have to pull.
     """
-    free_rate(time, state, p, harmonics, gust, table, out)
-    _, nx, ny, _, slip, cx, cy = wall_at(time, state, p, harmonics)
-    _, speed, change = host_at(time, harmonics)
+    free_rate(time, host, state, p, gust, table, out)
+    _, nx, ny, _, slip, cx, cy = wall_at(host, state, p)
+    _, speed, change = host
     arm_x, arm_y = middle_of(state, p)
     spin = state[5]
     # the middle's own velocity and acceleration, against the Host's
@@ -281,7 +284,7 @@ def pressed(time, state, p, harmonics, gust, table, out):
     ax = out[3] - out[5] * arm_y - spin * spin * arm_x - change[0]
     ay = out[4] + out[5] * arm_x - spin * spin * arm_y - change[1]
     along = -vx * ny + vy * nx
-    outward = ax * nx + ay * ny + along * along * surface_at(time, state, p, harmonics)[0]
+    outward = ax * nx + ay * ny + along * along * surface_at(host, state, p)[0]
     rub = p.wall_friction * math.tanh(slip / (WALL_SMOOTHING * p.smoothing_m_per_s))
     fx, fy = -nx + rub * ny, -ny - rub * nx
     turn = (cx * fy - cy * fx) / (p.inertia_factor * p.radius_m**2)
@@ -290,9 +293,9 @@ def pressed(time, state, p, harmonics, gust, table, out):
 
 
 @compiled
-def held_rate(time, state, p, harmonics, gust, table, out):
+def held_rate(time, host, state, p, gust, table, out):
     """Rate of the state while the wall holds the disk, into ``out``."""
-    push, fx, fy, turn = pressed(time, state, p, harmonics, gust, table, out)
+    push, fx, fy, turn = pressed(time, host, state, p, gust, table, out)
     push = max(push, 0.0)
     out[3] += push * fx
     out[4] += push * fy
@@ -300,23 +303,27 @@ def held_rate(time, state, p, harmonics, gust, table, out):
 
 
 @compiled
-def stepped(time, state, step, held, p, harmonics, gust, table, work, new):
-    """One classical Runge-Kutta step into ``new``; ``work`` (5, 8): the four rates and where they are asked."""
-    at, now = work[4], time
+def stepped(time, state, step, held, p, here, harmonics, gust, table, work, new):
+    """One classical Runge-Kutta step into ``new``; ``work`` (5, 8): the four rates and where they are asked; ``here``:
+    the Host at ``time``.  Gives the Host at the step's end.
+    """
+    at, now, host = work[4], time, here
+    middle, there = host_at(time + 0.5 * step, harmonics), host_at(time + step, harmonics)
     for i in range(8):
         at[i] = state[i]
     for stage in range(4):
         if held:
-            held_rate(now, at, p, harmonics, gust, table, work[stage])
+            held_rate(now, host, at, p, gust, table, work[stage])
         else:
-            free_rate(now, at, p, harmonics, gust, table, work[stage])
+            free_rate(now, host, at, p, gust, table, work[stage])
         if stage < 3:
             part = step if stage == 2 else 0.5 * step
-            now = time + part
+            now, host = time + part, there if stage == 2 else middle
             for i in range(8):
                 at[i] = state[i] + part * work[stage, i]
     for i in range(8):
         new[i] = state[i] + step / 6.0 * (work[0, i] + 2.0 * work[1, i] + 2.0 * work[2, i] + work[3, i])
+    return there
 
 
 @compiled
@@ -357,12 +364,12 @@ def struck(state, nx, ny, cx, cy, restitution, wall_friction, tangential_restitu
 
 
 @compiled
-def strike(time, state, p, harmonics, drawn, told):
+def strike(time, host, state, p, drawn, told):
     """Impact with the moving wall, in place; ``told``: approach, slip, restitution, azimuth, leaving speed, slip after,
     slid.
     """
-    gap, nx, ny, approach, slip, cx, cy = wall_at(time, state, p, harmonics)
-    where, speed, _ = host_at(time, harmonics)
+    gap, nx, ny, approach, slip, cx, cy = wall_at(host, state, p)
+    where, speed, _ = host
     state[0] += gap * nx
     state[1] += gap * ny
     from_x, from_y = state[0] + cx - where[0], state[1] + cy - where[1]
@@ -384,7 +391,7 @@ def strike(time, state, p, harmonics, drawn, told):
     state[4] = vy + y + wall_y
     state[5] += turn
     state[7] = time
-    _, _, _, after, slip_after, _, _ = wall_at(time, state, p, harmonics)
+    _, _, _, after, slip_after, _, _ = wall_at(host, state, p)
     told[2], told[4], told[5], told[6] = value, -after, slip_after, 1.0 if slid else 0.0
 
 
@@ -415,7 +422,7 @@ def _move(duration_s, longest_hold_s, p, harmonics, gust, table, drawn, work, no
     """Fill them; how many there are of each.  ``work`` (8, 8): the state to begin with, and room."""
     state, new, rate, rates = work[0], work[1], work[2], work[3:]
     n, k, h = 0, 0, 0
-    time, held = 0.0, False
+    time, held, here = 0.0, False, host_at(0.0, harmonics)
     while True:
         _note(nodes[n], time, state, 1.0 if held else 0.0)
         n += 1
@@ -425,23 +432,23 @@ def _move(duration_s, longest_hold_s, p, harmonics, gust, table, drawn, work, no
         if held and time - holds[h, 0] > longest_hold_s:
             break
         step = min(p.step_s, left)
-        if held and pressed(time, state, p, harmonics, gust, table, rate)[0] <= 0.0:
+        if held and pressed(time, here, state, p, gust, table, rate)[0] <= 0.0:
             held = False
             holds[h, 1] = time
             h += 1
-        stepped(time, state, step, held, p, harmonics, gust, table, rates, new)
-        gap, nx, ny, approach, _, _, _ = wall_at(time + step, new, p, harmonics)
+        there = stepped(time, state, step, held, p, here, harmonics, gust, table, rates, new)
+        gap, nx, ny, approach, _, _, _ = wall_at(there, new, p)
         if p.memory_share != 0.0:
-            _, speed, _ = host_at(time, harmonics)
+            _, speed, _ = here
             sliding = math.hypot(new[3] - speed[0], new[4] - speed[1])
             if sliding < p.memory_slow_m_per_s:
                 new[6] = 1.0
             elif sliding > p.memory_fast_m_per_s:
                 new[6] = 0.0
-        if held and surface_at(time + step, new, p, harmonics)[1] != surface_at(time, state, p, harmonics)[1]:
+        if held and surface_at(there, new, p)[1] != surface_at(here, state, p)[1]:
             # along one side into the next: an impact there
-            time += step
-            strike(time, new, p, harmonics, drawn[k], impacts[k, 1:])
+            time, here = time + step, there
+            strike(time, here, new, p, drawn[k], impacts[k, 1:])
             for i in range(8):
                 state[i] = new[i]
             held = False
@@ -456,39 +463,40 @@ def _move(duration_s, longest_hold_s, p, harmonics, gust, table, drawn, work, no
             new[3] -= approach * nx
             new[4] -= approach * ny
         if held or gap >= 0.0:
-            time += step
+            time, here = time + step, there
             for i in range(8):
                 state[i] = new[i]
             continue
         low, high = 0.0, step
         for _ in range(BISECTIONS):
             half = 0.5 * (low + high)
-            stepped(time, state, half, False, p, harmonics, gust, table, rates, new)
-            if wall_at(time + half, new, p, harmonics)[0] < 0.0:
+            there = stepped(time, state, half, False, p, here, harmonics, gust, table, rates, new)
+            if wall_at(there, new, p)[0] < 0.0:
                 high = half
             else:
                 low = half
-        stepped(time, state, high, False, p, harmonics, gust, table, rates, new)
+        here = stepped(time, state, high, False, p, here, harmonics, gust, table, rates, new)
         for i in range(8):
             state[i] = new[i]
         time += high
         _note(nodes[n], time, state, 0.0)
         n += 1
         told = impacts[k, 1:]
-        strike(time, state, p, harmonics, drawn[k], told)
+        strike(time, here, state, p, drawn[k], told)
         if p.recoil_share != 0.0 and told[0] > 0.0:  # the Host takes the momentum and swings back
             for axis in range(2):
                 row = harmonics.shape[0] - 2 * drawn.shape[0] + 2 * k + axis
                 kick = -p.recoil_share * (state[3 + axis] - new[3 + axis]) / p.recoil_rad_per_s
                 harmonics[row, 0], harmonics[row, 1], harmonics[row, 2] = axis, kick, p.recoil_rad_per_s
                 harmonics[row, 5], harmonics[row, 7] = time, p.recoil_decay_per_s
+            here = host_at(time, harmonics)
         impacts[k, 0] = time
         k += 1
-        press = pressed(time, state, p, harmonics, gust, table, rate)[0]
+        press = pressed(time, here, state, p, gust, table, rate)[0]
         if press > 0.0 and 2.0 * told[4] < SHORTEST_HOP * p.step_s * press:
             held = True
             holds[h, 0] = time
-            _, nx, ny, approach, _, _, _ = wall_at(time, state, p, harmonics)
+            _, nx, ny, approach, _, _, _ = wall_at(here, state, p)
             state[3] -= approach * nx
             state[4] -= approach * ny
     if held:

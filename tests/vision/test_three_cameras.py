@@ -14,7 +14,7 @@ from vision.rendering.images import Look, Pose
 from vision.rendering.recording import Files, half_setup, look_at, render_recording
 from vision.triangulate import triangulate
 
-FRAMES, MIDDLE = 12, np.array([0.02, -0.028, 0.0])
+FRAMES, MIDDLE = 8, np.array([0.02, -0.028, 0.0])
 SENSOR_PX = (1280, 1024)  # the middle of each sensor: as sharp, and the boards' pictures are drawn in less than half
 
 

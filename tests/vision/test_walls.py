@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import RectBivariateSpline
 
 from ovines.camera import Camera
 from vision.walls.rims import fit_rim
@@ -39,11 +40,15 @@ def supersampled(camera: Camera, offset, layers, rng, noise=2.0, n=2):
     grey).
     """
     total = np.zeros(SIZE[::-1])
+    # x/z and y/z of the camera's frame are as good as cubic from one tenth pixel to the next.
+    far = [np.arange(-10.0, side + 20.0, 10.0) for side in SIZE]
+    bent = camera.normalise(np.stack(np.meshgrid(*far), -1) + offset)
+    between = [RectBivariateSpline(far[1], far[0], bent[..., k]) for k in (0, 1)]
     for du in (np.arange(n) + 0.5) / n - 0.5:
         for dv in (np.arange(n) + 0.5) / n - 0.5:
-            u, v = np.meshgrid(np.arange(SIZE[0]) + du + offset[0], np.arange(SIZE[1]) + dv + offset[1])
-            ray = camera.rays(np.stack([u, v], -1))
-            grey = np.full(u.shape, np.nan)
+            x, y = (one(np.arange(SIZE[1]) + dv, np.arange(SIZE[0]) + du) for one in between)
+            ray = np.stack([x, y, np.ones_like(x)], -1) @ camera.rotation
+            grey = np.full(x.shape, np.nan)
             for z, inside, level in layers:
                 xy = camera.centre_m[:2] + ((z - camera.centre_m[2]) / ray[..., 2])[..., None] * ray[..., :2]
                 grey = np.where(np.isnan(grey) & inside(xy), level, grey)

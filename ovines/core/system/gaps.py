@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ovines.core.refusal import require
 
@@ -65,6 +64,8 @@ def _rows(long: np.ndarray, length: int) -> Iterator[int]:
 
 def _trial(time_s: np.ndarray, values: np.ndarray, start: int, missing: int) -> float:
     """What a spline misses of the frames in the middle, given those on either side."""
+    from scipy.interpolate import CubicSpline  # slow to load
+
     row = slice(start, start + missing + 2 * SIDE)
     t, true = time_s[row], values[row]
     kept = np.ones(len(t), dtype=bool)

@@ -73,9 +73,9 @@ def test_a_comparison_simulates_the_stated_laws(tmp_path):
 
 @pytest.fixture(scope="module")
 def swirl(tmp_path_factory):
-    """Three runs in which the disk is swirled about, the law that does it, and the plant."""
+    """Two runs in which the disk is swirled about, the law that does it, and the plant."""
     folder = tmp_path_factory.mktemp("swirl") / "series"
-    made = make_series("unknown_swirl", 1.0, np.random.default_rng(6), runs=3, noise="white")
+    made = make_series("unknown_swirl", 1.0, np.random.default_rng(6), runs=2, noise="white")
     write_series(made, folder)
     law = WrittenLaw((Term("swirl", made.truth["parameters"]["unknown_swirl"]["swirl_per_s2"], (Factor("radius"),)),))
     return folder, law, made.truth["plant"]

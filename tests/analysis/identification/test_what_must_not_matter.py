@@ -258,8 +258,10 @@ def grown(series: Sequence[Run], scale: float) -> list[Run]:
 
 @pytest.fixture(scope="module")
 def diagnosed_here(base, base_folder, without_next_test) -> tuple[list[Segments], dict[str, Any]]:
-    """Where the flights of ``base`` end, and its diagnosis."""
-    return diagnosed(base_folder)
+    """Where the flights of ``base`` end, and its diagnosis; laws are searched for in the changed series, not here."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("analysis.gap.diagnose.write_laws", lambda ladder, *_: ((), ladder))
+        return diagnosed(base_folder)
 
 
 def diagnosed(folder: Path) -> tuple[list[Segments], dict[str, Any]]:
@@ -375,14 +377,20 @@ def test_a_calm_second_at_the_end(tmp_path):
     same(one, other, CALM)
 
 
-@pytest.mark.parametrize(("scale", "late"), [(5.0, LATE), (0.2, 0)])  # a small rig's frames are near a clock's rounding
-def test_the_whole_way_to_the_diagnosis(series, base, diagnosed_here, scale, late, tmp_path):
+@pytest.mark.parametrize(
+    ("scale", "late", "searched"),  # a small rig's frames are near a clock's rounding
+    [(5.0, LATE, "with a search for laws"), (0.2, 0, "without_laws")],
+)
+def test_the_whole_way_to_the_diagnosis(series, base, diagnosed_here, scale, late, searched, request, tmp_path):
     """`ovines identify` and `ovines diagnose` of a rig of another size, elsewhere, turned, in a mirror and later, its
     runs in another order and under other names: impacts, parameters, checks, frames at the wall, kinks, verdict,
     effects, stage.
 
-    All at once, because an answer that knows of one of them knows of all: none takes another one back.
+    All at once, because an answer that knows of one of them knows of all: none takes another one back.  Laws for what
+    the effect leaves are searched for in the larger rig: nothing is left there either.
     """
+    if searched == "without_laws":
+        request.getfixturevalue(searched)
 
     def elsewhere(motion: pd.DataFrame) -> pd.DataFrame:
         motion = placed(mirrored(motion), SHIFT_M, TURN_RAD)

@@ -112,7 +112,17 @@ def test_board_with_two_like_ends_is_refused_for_several_cameras():
     assert not BOARD.ends_alike and not Board("charuco", (8, 6), 0.03, 0.02, "DICT_5X5_50").ends_alike
 
 
-def test_other_number_of_squares_is_counted_and_said():
+def test_other_number_of_squares_is_counted_and_said(monkeypatch):
+    counted = calibration_chessboard.cv2.findChessboardCornersSBWithMeta
+    told = {}  # what OpenCV counts in a picture: the same whatever board is stated
+
+    def count(image, *how):
+        key = image.tobytes(), how
+        if key not in told:
+            told[key] = counted(image, *how)
+        return told[key]
+
+    monkeypatch.setattr(calibration_chessboard.cv2, "findChessboardCornersSBWithMeta", count)
     images = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(CHESS.glob("left0[1-6].jpg"))]
     for wrong in ((9, 7), (12, 9)):
         with pytest.raises(InputError, match="chessboard of 10 x 7 squares") as error:
@@ -120,6 +130,7 @@ def test_other_number_of_squares_is_counted_and_said():
         assert "squares = [10, 7]" in error.value.do
     refuse_other_size(images, BOARD)
     refuse_other_size(images, BOARD.altered(squares=(7, 10)))
+    assert len(told) == len(images)
 
 
 @pytest.mark.parametrize("wrong", [(9, 7), (5, 4)])

@@ -6,11 +6,25 @@ Drawn on a finer grid and averaged over pixels; not a line of it is the estimato
 
 from __future__ import annotations
 
+from functools import cache
+
 import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 FINE = 6
+
+
+@cache
+def blurring(size, fine, blur_px, truncate):
+    """(size fine, size fine): what blurs a row of a grid of ``fine`` places a pixel."""
+    return gaussian_filter1d(np.eye(size * fine), blur_px * fine, axis=0, truncate=truncate)
+
+
+@cache
+def pixels(size, fine, blur_px, truncate):
+    """(size, size fine): what blurs a row of that grid and averages it over pixels."""
+    return blurring(size, fine, blur_px, truncate).reshape(size, fine, -1).mean(1)
 
 
 def outline(rng, angle, rough_px, arc_px, radius):
@@ -69,11 +83,14 @@ def picture(
     grey = (level + contrast * mask) * (1 + light * along)
     if shadow:
         grey = grey * (1 - shadow / (1 + np.exp(-(across - rng.uniform(-1, 1) * radius) / 0.7)))
-    grey = gaussian_filter(grey, blur * FINE, truncate=4)
     if motion_px:
+        grey = blurring(size, FINE, blur, 4) @ grey @ blurring(size, FINE, blur, 4).T
         taps = int(motion_px * FINE) // 2 * 2 + 1
         grey = cv2.filter2D(grey, -1, np.ones((1, taps)) / taps, borderType=cv2.BORDER_REPLICATE)
-    grey = grey.reshape(size, FINE, size, FINE).mean((1, 3))
+        grey = grey.reshape(size, FINE, size, FINE).mean((1, 3))
+    else:
+        seen = pixels(size, FINE, blur, 4)
+        grey = seen @ grey @ seen.T
     if texture:
         paper = gaussian_filter(rng.normal(size=grey.shape), grain_px)
         grey = grey + texture * paper / paper.std()

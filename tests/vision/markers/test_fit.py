@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter
 
 from ovines.camera import Camera
+from tests.vision.markers.real_discs import blurring, pixels
 from vision.markers.fit import fit_discs
 from vision.markers.perspective import circle_centres
 from vision.markers.row import OK, SD, U, disc_start
@@ -21,9 +21,13 @@ def disc_picture(radius, blur, contrast, noise, rng, level=60.0, slope=(0.0, 0.0
     fine = (np.arange(size * SUPERSAMPLING) + 0.5) / SUPERSAMPLING - 0.5
     x, y = np.meshgrid(fine - centre[0], fine - centre[1])
     mask = np.clip((radius - np.hypot(x, y)) * SUPERSAMPLING + 0.5, 0, 1)
-    mask = gaussian_filter(mask, blur * SUPERSAMPLING, truncate=5)
-    picture = (level + contrast * mask) * (1 + slope[0] * x + slope[1] * y)
-    picture = picture.reshape(size, SUPERSAMPLING, size, SUPERSAMPLING).mean((1, 3))
+    if any(slope):
+        mask = blurring(size, SUPERSAMPLING, blur, 5) @ mask @ blurring(size, SUPERSAMPLING, blur, 5).T
+        picture = (level + contrast * mask) * (1 + slope[0] * x + slope[1] * y)
+        picture = picture.reshape(size, SUPERSAMPLING, size, SUPERSAMPLING).mean((1, 3))
+    else:
+        seen = pixels(size, SUPERSAMPLING, blur, 5)
+        picture = level + contrast * (seen @ mask @ seen.T)
     picture += rng.normal(0, noise, picture.shape)
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8), centre
 

@@ -1,8 +1,8 @@
 """A marker across the edge of something else: its centre is found all the same, and what is no disc is refused."""
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
+from tests.vision.markers.real_discs import pixels
 from vision.markers.fit import fit_discs
 from vision.markers.row import OK, SD, disc_start
 from vision.markers.sector_fit import fit_by_sectors
@@ -22,10 +22,8 @@ def across_an_edge(radius, edge_px, rng, noise=2.0, square=False):
     background = np.where(x * np.cos(turn) + y * np.sin(turn) > edge_px, 190.0, 80.0)
     away = np.maximum(np.abs(x), np.abs(y)) if square else np.hypot(x, y)
     mask = np.clip((radius - away) * SUPERSAMPLING + 0.5, 0, 1)
-    picture = gaussian_filter(background * (1 - mask) + 20 * mask, 0.8 * SUPERSAMPLING)
-    picture = picture.reshape(size, SUPERSAMPLING, size, SUPERSAMPLING).mean((1, 3)) + rng.normal(
-        0, noise, (size, size)
-    )
+    seen = pixels(size, SUPERSAMPLING, 0.8, 4)
+    picture = seen @ (background * (1 - mask) + 20 * mask) @ seen.T + rng.normal(0, noise, (size, size))
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8), centre
 
 

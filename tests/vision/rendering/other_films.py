@@ -339,7 +339,7 @@ def _boards(folder: Path, kind: Kind, lens: Lens, rng: np.random.Generator) -> N
     (here / "lens").mkdir(parents=True, exist_ok=True)
     for k, picture in enumerate(_TAKEN[key]):
         path = here / ("world.png" if k == kind.views else f"lens/board{k:02d}.png")
-        cv2.imwrite(str(path), kind.printed(picture), [cv2.IMWRITE_PNG_COMPRESSION, 1])
+        cv2.imwrite(str(path), kind.printed(picture), [cv2.IMWRITE_PNG_COMPRESSION, 0])
 
 
 def _views(kind: Kind, lens: Lens, rng: np.random.Generator) -> list[np.ndarray]:

@@ -65,7 +65,7 @@ class Lens:
         u, v = np.meshgrid(np.arange(left, left + width, dtype=float), np.arange(top, top + height, dtype=float))
         u, v = (u - self.centre[0]) / self.focal[0], (v - self.centre[1]) / self.focal[1]
         x, y = u.copy(), v.copy()
-        for _ in range(8):  # far below 1e-9
+        for _ in range(6):  # each gains two digits: far below 1e-9
             a, b = self.bent(x, y)
             x, y = x + u - a, y + v - b
         return np.stack([x, y, np.ones_like(x)], -1)

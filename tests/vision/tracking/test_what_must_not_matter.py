@@ -44,7 +44,7 @@ class Told:
     first: int = 0
     clock_s: float | None = None
     suffix: str = ".tif"
-    options: tuple[int, ...] = (cv2.IMWRITE_TIFF_COMPRESSION, 1)
+    options: tuple[int, ...] = (cv2.IMWRITE_TIFF_COMPRESSION, 1, cv2.IMWRITE_PNG_COMPRESSION, 1)
 
 
 def written(folder: Path, told: Told) -> Path:
