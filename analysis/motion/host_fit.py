@@ -8,6 +8,8 @@ that steps back at impacts all leave something, and get a path of their own.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,7 @@ from analysis.motion.host_lines import (
     NO_COMB,
     OWN_SHARE,
     LineFit,
+    all_lines,
     excess,
     fit_lines,
     noise_correlation,
@@ -170,7 +173,8 @@ def _with_further_lines(time_s: Array, position: Array, sd: Array, fit: LineFit)
             break
         more = fit_lines(time_s, position, sd, np.append(fit.frequencies, omega), fit.overtones)
         before, after = (float(np.nanmean(one.residual[:, axis] ** 2)) for one in (fit, more))
-        if not after < before:
+        # Lines that run into each other as they are fitted draw a transient as their difference.
+        if not after < before or _closest(more) * duration < 2 * np.pi * APART:
             break
         fit = more
         stands = stands and after < OWN_SHARE * before
@@ -200,20 +204,26 @@ def _with_own_line(
     asks = not near.any() and excess(time_s, fit.residual)[axis].there
     if not (asks or gain > BETTER_LINE):
         return fit
-    return fit_lines(
-        time_s,
-        position,
-        sd,
-        np.append(fit.frequencies, line.frequencies),
-        fit.overtones,
-        (*fit.held, len(fit.frequencies)),
-    )
+    frequencies, own = np.append(fit.frequencies, line.frequencies), len(fit.frequencies)
+    more = fit_lines(time_s, position, sd, frequencies, fit.overtones, (*fit.held, own))
+    least = 2 * np.pi * APART / float(np.ptp(time_s))
+    if _closest(fit, fit.held) < least or _closest(more, more.held) > least:
+        return more
+    # Lines that the drive already had ran into each other: they stay where they were.
+    return fit_lines(time_s, position, sd, frequencies, fit.overtones, tuple(range(own + 1)))
 
 
 def _spaced(fit: LineFit, duration_s: float) -> bool:
     """Whether lines lie too far apart from each other and from zero to draw a transient together."""
-    apart = np.diff(np.sort(np.concatenate([[0.0], fit.omegas])))
-    return bool(np.min(apart) * duration_s > 2 * np.pi * NO_COMB)
+    return _closest(fit) * duration_s > 2 * np.pi * NO_COMB
+
+
+def _closest(fit: LineFit, without: Sequence[int] = ()) -> float:
+    """How far (rad/s) the two nearest lines are apart, or the slowest is from zero, ``without`` those of some numbers;
+    infinite without lines."""
+    frequencies = np.delete(fit.frequencies, list(without))
+    omegas = all_lines(frequencies, fit.overtones if 0 not in without else 0)
+    return float(np.min(np.diff(np.sort(np.concatenate([[0.0], omegas]))), initial=np.inf))
 
 
 def _smooth_paths(

@@ -96,7 +96,7 @@ def fit_lines(
     coefficients, inverse = np.zeros((4, size)), np.zeros((4, size, size))
     residual = np.full_like(position, np.nan)
     duration = float(np.ptp(time_s)) if len(time_s) else 1.0
-    for _ in range(FIT_ROUNDS):
+    for rounds in range(FIT_ROUNDS):
         omegas = all_lines(frequencies, overtones)
         columns, slopes = basis(time_s, omegas), _slopes(time_s, frequencies, overtones)
         normal, right = np.zeros((count, count)), np.zeros(count)
@@ -135,8 +135,11 @@ def fit_lines(
         most = np.full(count, np.pi / (2 * max(duration, 1e-300)))
         if first:
             most[0] = 0.02 * frequencies[0]
+        rests = bool(np.all(np.abs(step) < 1e-3 * errors))
+        if not rests and rounds == FIT_ROUNDS - 1:
+            break  # the coefficients are those of these frequencies
         frequencies = frequencies + np.clip(step, -most, most)
-        if np.all(np.abs(step) < 1e-3 * errors):
+        if rests:
             break
     return LineFit(frequencies, errors, overtones, coefficients, residual, keep, inverse, held)
 

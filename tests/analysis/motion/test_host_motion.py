@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from analysis.motion.host_fit import fit_host_motion
-from analysis.motion.host_lines import excess
+from analysis.motion.host_lines import basis, excess, fit_lines
 from analysis.motion.host_table import host_at
 from analysis.motion.starting_drive import in_phase
 
@@ -291,3 +291,34 @@ def test_a_size_that_goes_through_zero_makes_no_other_frequency():
     way = 0.01 * np.sin(TURN * 2.5 * t + 0.3) + 5e-6 * np.random.default_rng(1).standard_normal(800)
     found = in_phase(t, way, TURN * 2.6)
     assert found is not None and abs(found.omega_rad_per_s - TURN * 2.5) < 1e-3 * TURN * 2.5
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_lines_that_come_to_no_rest_still_are_the_path_that_they_leave_their_residual_of(seed):
+    """Two lines nearer than a line's width, on a path that is none: their frequencies had moved on after the last
+    amplitudes, and the path was 5 mm off the one that the residual was told of."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(1200) / 1600
+    size, rate, phase = rng.normal(0, 1e-3, 12), rng.uniform(60, 220, 12), rng.uniform(0, 6, 12)
+    swings = size[:, None] * np.cos(rate[:, None] * time_s + phase[:, None])
+    place = np.column_stack([swings.sum(0), *np.zeros((3, len(time_s)))]) + rng.normal(0, 5e-6, (len(time_s), 4))
+    fit = fit_lines(time_s, place, np.full(place.shape, 5e-6), np.array([138.0, 141.0]), 3)
+    path = basis(time_s, fit.omegas) @ fit.coefficients[0]
+    np.testing.assert_allclose(path + fit.residual[:, 0], place[:, 0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_path_of_a_random_drive_is_where_its_residual_says(seed):
+    """And its velocity is its own derivative, beside a rise and fall and a sway that have lines of their own."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(1200) / 1600
+    size, rate, phase = rng.normal(0, 2e-3, 9), rng.uniform(60, 220, 9), rng.uniform(0, 6, 9)
+    swings = size[:, None] * np.cos(rate[:, None] * time_s + phase[:, None])
+    place = rng.normal(0, 5e-6, (len(time_s), 4))
+    place[:, 0] += swings.sum(0)
+    place[:, 1] += 5e-5 * np.cos(124.9 * time_s)
+    place[:, 2] += 2e-4 * np.cos(124.8 * time_s + 1.0)
+    motion = fit_host_motion(time_s, place, np.full(place.shape, 5e-6), None)
+    # Frequencies that rest move by a thousandth of their sds after the last amplitudes.
+    np.testing.assert_allclose(motion.at(time_s) + motion.residual, place, rtol=0, atol=1e-7)
+    assert np.sqrt(np.mean(motion.residual[:, :2] ** 2)) < 8e-6
