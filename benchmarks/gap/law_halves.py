@@ -65,10 +65,10 @@ def problems(stage, fitted, series):
         yield "flight", rows, ([*flight_candidates(scales), *more], of_flights(scales))
     if stage in ("impact", "none"):
         rows = law_regression(fit_impacts(fitted.fits), fitted.fits, ())
-        yield "impact", rows, (law_candidates(rows.known), of_impacts())
+        yield "impact", rows, (law_candidates(rows.known), of_impacts(rows.known))
     if stage in ("geometry", "none"):
         rows = distance_regression(fit_impacts(fitted.fits), fitted.fits)
-        yield "geometry", rows, (wall_candidates(rows.known), of_impacts())
+        yield "geometry", rows, (wall_candidates(rows.known), of_impacts(rows.known))
 
 
 def one_half(rows, candidates, multipliers):
