@@ -8,6 +8,7 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
+from analysis.gap.page.figures.impacts import law_figure
 from analysis.gap.prediction.held_out_errors import held_out_errors
 from analysis.gap.prediction.how_far import how_far
 from ovines.pipeline.series.diagnosis import load_series
@@ -49,3 +50,15 @@ def test_the_gap_closes_along_the_wall_too(ladder):
     assert closed > 0.9 * (far.recalibrated["impact"].sum() - far.floor["impact"].sum())
     instant = ladder.impacts.fitted.law
     assert ladder.impacts.fitted.lasting.misfit < instant.tangential_misfit - 50
+
+
+def test_the_page_draws_the_law_that_the_impacts_follow(ladder):
+    """The corner between stick and slide is round; the instant law's is not, and lies up to a tenth beside."""
+    ladder, _ = ladder
+    data = ladder.impacts.fitted.data
+    _, instant, lasting = law_figure(ladder).axes[1].lines
+    share, ratio = np.abs(data.slip) / data.normal_impulse, np.abs(data.tangential_impulse) / data.normal_impulse
+    inside = share < lasting.get_xdata()[-1]
+    off = [np.interp(share, *one.get_data()) - ratio for one in (instant, lasting)]
+    beside, on_it = (float(np.sqrt(np.mean(one[inside] ** 2))) for one in off)
+    assert on_it < 0.5 * beside

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.law import predicted_tangential
 from analysis.contact.restitution import (
     RESTITUTION_EFFECTS,
     best_speed_scale,
@@ -90,7 +89,7 @@ def _probe_candidates(
     tangential law.
     """
     d, runs = fitted.data, len(ladder.series.runs)
-    law = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
+    law = np.abs(fitted.tangential_impulse(d))
     strong = law > WEAK_M_PER_S
     share = np.where(strong, np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1, 0.0)
     share_sd = np.where(strong, np.hypot(d.tangential_sd / np.maximum(law, 1e-9), 0.01), 1e3)

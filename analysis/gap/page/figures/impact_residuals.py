@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.held_laws import since_before
-from analysis.contact.law import fit_restitution, predicted_tangential
+from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import restitution_design
 from analysis.gap.selection.impacts.fit import ImpactFit
 
@@ -64,7 +64,7 @@ def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: s
         return 1e6 * r
     if residual == "angular":
         return 1e3 * d.angular
-    law = np.abs(predicted_tangential(d, fitted.law.wall_friction, fitted.law.tangential_restitution))
+    law = np.abs(fitted.tangential_impulse(d))
     return np.asarray(
         np.where(law > WEAK_M_PER_S, 100 * (np.abs(d.tangential_impulse) / np.maximum(law, 1e-9) - 1), np.nan), float
     )

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from analysis.contact.law import Law, LawData, fit_restitution
+from analysis.contact.law import LawData, fit_restitution
 from analysis.contact.restitution import (
     restitution_design,
 )
@@ -17,6 +17,7 @@ from analysis.gap.cause import EACH_RUN
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures.impact_residuals import covariate_of, residual_of
 from analysis.gap.page.figures.panels import Panel
+from analysis.gap.selection.impacts.fit import ImpactFit
 
 Array = NDArray[np.float64]
 
@@ -167,8 +168,8 @@ def law_figure(ladder: Ladder) -> Figure:
     share = np.abs(d.slip) / d.normal_impulse
     ax.plot(share, np.abs(d.tangential_impulse) / d.normal_impulse, ".", ms=3, color=GREY, alpha=0.7)
     grid = np.linspace(0, np.quantile(share, 0.98), 200)
-    for law, colour, style in ((before.law, RED, "--"), (after.law, BLUE, "-")):
-        ax.plot(grid, _tangential(grid, law, d), color=colour, ls=style, lw=1.2)
+    for fit, colour, style in ((before, RED, "--"), (after, BLUE, "-")):
+        ax.plot(grid, _tangential(grid, fit), color=colour, ls=style, lw=1.2)
     ax.set_xlim(0, grid[-1])
     ax.set_ylim(0, 1.6 * float(max(before.law.wall_friction, after.law.wall_friction)))
     label(ax, "slip / normal impulse", "tangential / normal impulse")
@@ -180,5 +181,9 @@ def law_figure(ladder: Ladder) -> Figure:
     return figure
 
 
-def _tangential(share: Array, law: Law, data: LawData) -> Array:
-    return np.minimum((1 + law.tangential_restitution) * share / (1 + 1 / data.inertia_factor), law.wall_friction)
+def _tangential(share: Array, fit: ImpactFit) -> Array:
+    """Tangential over normal impulse at a slip of ``share`` (N,) of the normal impulse."""
+    stopping = share / (1 + 1 / fit.data.inertia_factor)
+    if fit.lasting is not None:
+        return fit.lasting.impulse(stopping, np.ones_like(share))
+    return np.minimum((1 + fit.law.tangential_restitution) * stopping, fit.law.wall_friction)

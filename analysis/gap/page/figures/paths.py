@@ -192,7 +192,8 @@ def trajectory(path: Paths, chosen: FlightErrors) -> Figure:
     """Measured and re-simulated path in the plane and over time around the chosen flight; differences in mm below."""
     first, last = max(chosen.first - 25, 0), min(chosen.last + 25, len(path.frame) - 1)
     at = np.arange(first, last + 1)
-    t = 1e3 * path.time_s[at]
+    time_ms = 1e3 * (path.time_s - path.time_s[0])  # a clock may have run for days
+    t = time_ms[at]
     one = np.array_equal(path.models["recalibrated"], path.models["with_effect"], equal_nan=True)
     styles = (
         [("with_effect", BLUE, "-", "nominal model")]
@@ -213,9 +214,9 @@ def trajectory(path: Paths, chosen: FlightErrors) -> Figure:
             bottom.plot(t, finer * (predicted - measured), style, color=colour, lw=1.1)
         bottom.axhline(0, color=BLACK, lw=0.7)
         for ax in (top, bottom):
-            ax.axvspan(1e3 * path.time_s[chosen.first], 1e3 * path.time_s[chosen.last], color=GREY, alpha=0.12, lw=0)
+            ax.axvspan(time_ms[chosen.first], time_ms[chosen.last], color=GREY, alpha=0.12, lw=0)
         label(top, "", f"{name} ({unit})")
-        label(bottom, "time (ms)", f"model − measured ({change})")
+        label(bottom, "time in the run (ms)", f"model − measured ({change})")
         give_room(top)
         give_room(bottom)
     legend(axes[0, 0], loc="lower left", bbox_to_anchor=(0, 1.02))
