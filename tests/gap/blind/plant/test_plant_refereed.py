@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.named import draft_series, may_stand_together, physics_of_run, view_of
-from analysis.blind.draw import draw_cases
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import contact_velocity, impact, wall_gap
 from analysis.blind.recording.errors import ViewErrors
@@ -291,24 +290,3 @@ def test_what_they_stand_beside():
     needs_a_blow_that_is_over(["unknown_thrown_tyre", *impacts])
     assert may_stand_together(("finite_contact_time", "unknown_kinked_sheet"), "square", "chirp")
     assert may_stand_together(("wall_ellipticity", "unknown_relaxing_ring"), "cylinder", "random")
-
-
-def test_trials_of_earlier_groups_are_drawn_as_before():
-    """As at the commit before this group was written."""
-    cases = draw_cases(6, np.random.default_rng(1), ("suspected", "beside"))
-    assert [case.kind for case in cases] == [
-        "plane_tilt+unknown_half_glued_liner",
-        "unknown_hinged_ring",
-        "unknown_skimming_washer",
-        "unknown_program_start",
-        "restitution_drift+unknown_leaning_card",
-        "camera_clock_offset+unknown_polished_lane",
-    ]
-
-
-def test_beside_a_listed_cause_stands_one_of_the_latest_group():
-    """Of this one, which was written last of those in the draw, whichever others are asked for."""
-    ours = {cause.name for cause in of_group("refereed")}
-    cases = draw_cases(30, np.random.default_rng(1), ("suspected", "refereed", "beside"))
-    beside = [case.causes[1] for case in cases if len(case.causes) == 2]
-    assert len(beside) == 10 and set(beside) <= ours

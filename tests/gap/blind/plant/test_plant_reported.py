@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run
-from analysis.blind.draw import draw_cases
 from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import impact, wall_gap
@@ -204,16 +203,3 @@ def test_what_they_stand_beside():
     ):
         assert CAUSES[listed].listed and not may_stand_together((listed, ours), "round", "sine")
     assert may_stand_together(("finite_contact_time", "unknown_aged_contacts"), "square", "chirp")
-
-
-def test_trials_of_earlier_groups_are_drawn_as_before():
-    """As at the commit before this group was written."""
-    cases = draw_cases(6, np.random.default_rng(1), ("overlooked", "beside"))
-    assert [case.kind for case in cases] == [
-        "plane_tilt+unknown_loosening_screws",
-        "unknown_nodding_ring",
-        "unknown_worn_ends",
-        "unknown_lapped_tape",
-        "restitution_drift+unknown_flickering_lamps",
-        "camera_clock_offset+unknown_oil_film",
-    ]

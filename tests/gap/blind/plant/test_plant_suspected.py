@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run, view_of
-from analysis.blind.draw import draw_cases
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import contact_velocity, wall_gap
 from analysis.blind.recording.clock import latest_s, of_the_second_camera
@@ -213,24 +212,3 @@ def test_what_they_stand_beside():
     ):
         assert CAUSES[listed].listed and not may_stand_together((listed, ours), "round", "sine")
     assert may_stand_together(("finite_contact_time", "unknown_polished_lane"), "square", "chirp")
-
-
-def test_trials_of_earlier_groups_are_drawn_as_before():
-    """As at the commit before this group was written."""
-    cases = draw_cases(6, np.random.default_rng(1), ("reported", "beside"))
-    assert [case.kind for case in cases] == [
-        "plane_tilt+unknown_hertzian_wall",
-        "unknown_warping_host",
-        "unknown_run_in_wall",
-        "unknown_cold_camera",
-        "restitution_drift+unknown_risen_markers",
-        "camera_clock_offset+unknown_drumming_floor",
-    ]
-
-
-def test_beside_a_listed_cause_stands_one_of_the_latest_group():
-    """Of this one, which was written last of those in the draw, whichever others are asked for."""
-    ours = {cause.name for cause in of_group("suspected")}
-    cases = draw_cases(30, np.random.default_rng(1), ("reported", "suspected", "beside"))
-    beside = [case.causes[1] for case in cases if len(case.causes) == 2]
-    assert len(beside) == 10 and set(beside) <= ours
