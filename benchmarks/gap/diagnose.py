@@ -74,6 +74,8 @@ def main() -> None:
     parser.add_argument("--against", type=Path, metavar="CHECKOUT")
     parser.add_argument("--times", type=int, default=1, metavar="N", help="take the least of N (default: 1)")
     args = parser.parse_args()
+    if args.against and not (args.against / "ovines").is_dir():
+        parser.error(f"--against {args.against}: no checkout; expected a folder that holds ovines/")
     codes = [HERE, *([args.against.resolve()] if args.against else [])]
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
