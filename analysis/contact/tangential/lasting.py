@@ -21,12 +21,13 @@ from analysis.contact.tangential.search import Impulses
 from analysis.statistics.outliers import belongs
 
 Array = NDArray[np.float64]
-# Where the law is tabulated: stiffness (steel on steel: 2 to 3 for a disk), the stopping impulse over the friction's,
-# and midpoint steps in one contact.
+# Where the law is tabulated: stiffness (steel on steel: 0.82, Mindlin, times the mobility, which is 3 of a plain disk),
+# the stopping impulse over the friction's, and midpoint steps in one contact.
 STIFFNESS = np.geomspace(0.02, 20.0, 61)
 STOPPING = np.concatenate([[0.0], np.geomspace(0.01, 50.0, 90)])
 STEPS = 400
-# The table is made for restitutions so far apart, the least of them; the shares change by a third of a change of it.
+# The table is made for restitutions so far apart, and the least of them; no share changes by more than 0.6 of what the
+# restitution does.
 RESTITUTION_STEP = 0.005
 LEAST_RESTITUTION = 0.1
 # A damper's decay in one contact by which even that restitution is passed.

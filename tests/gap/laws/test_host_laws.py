@@ -9,7 +9,7 @@ import pytest
 
 from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.modulated import fixed, scaled
+from analysis.gap.laws.dictionary.modulated import fixed, with_scale
 from analysis.gap.laws.dictionary.parts import RigScales, plain
 from analysis.gap.laws.dictionary.products import of_flights, of_impacts, products
 from analysis.gap.laws.dictionary.walls import wall_candidates
@@ -137,7 +137,7 @@ def test_multipliers_are_in_rig_units():
 def test_a_form_may_be_multiplied_by_what_fades():
     """A product has the numbers of the form and of what multiplies it: a place whose friction comes back in the run."""
     place = next(one for one in flight_candidates(RigScales(0.04, 1.0, 0.06, 1.0, 70.0, 50.0)) if "patch" in one.name)
-    (fading, *_) = products(place, [scaled("that settles in the run", ("time", "exponential", 1.0), [0.3])])
+    (fading, *_) = products(place, [with_scale("that settles in the run", ("time", "exponential", 1.0), [0.3])])
     assert fading.numbers == (*place.numbers, 0.3) and len(fading.steps) == len(fading.positive) == 4
     (term,) = fading.at((0.01, 0.02, 0.016, 0.5)).terms
     (alone,) = place.at((0.01, 0.02, 0.016)).terms
@@ -173,3 +173,10 @@ def test_a_rim_that_the_spin_lets_bulge_has_its_law():
     followed = {factor.quantity for term in found.terms for factor in term.factors}
     assert followed == {"body_angle", "spin"} and len(found.parts) == 1
     assert found.parts[0].numbers == pytest.approx((40.0,), rel=0.2)
+
+
+def test_no_form_of_the_wall_stands_twice():
+    """A second one would be told as a rival that the data cannot tell from the first."""
+    known = np.random.default_rng(0).uniform(0.1, 1.0, (60, W.KNOWN_SIZE))
+    forms = [frozenset(frozenset(term.factors) for term in one.terms) for one in wall_candidates(known)]
+    assert len(forms) == len(set(forms))

@@ -111,7 +111,7 @@ def modulated(scales: RigScales) -> list[Candidate]:
     return list({frozenset(candidate.terms): candidate for candidate in every}.values())
 
 
-def with_a_scale(scales: RigScales) -> list[Modulator]:
+def all_with_scale(scales: RigScales) -> list[Modulator]:
     """What makes a carrier more or less by a scale of its own: of motion, of time, of the blows before."""
     return [one for one in (*_of_motion(scales), *_of_time(scales), *_of_blows(scales)) if one.positive]
 
@@ -121,7 +121,7 @@ def fixed(name: str, *products: tuple[Factor, ...]) -> Modulator:
     return Modulator(name, lambda: products)
 
 
-def scaled(
+def with_scale(
     name: str, shape: tuple[str, str, float], sizes: Sequence[float], factors: tuple[Factor, ...] = ()
 ) -> Modulator:
     """A function (``shape``: quantity, function, order) whose scale is searched from each of ``sizes``."""
@@ -187,24 +187,24 @@ def _of_motion(scales: RigScales) -> list[Modulator]:
         )
     )  # fmt: skip
     return [
-        scaled("at slow sliding", ("sliding_speed", "exponential", 1.0), speeds),
-        scaled("at slow motion", ("speed", "exponential", 1.0), speeds),
-        scaled("that the speed takes", ("speed", "rational", 2.0), lifts),
-        scaled("that sliding takes", ("sliding_speed", "rational", 2.0), lifts),
-        scaled("beyond a speed", ("speed", "above", 1.0), lifts),
-        scaled("at slow spin", ("spin", "decay", 1.0), spins),
-        scaled("at spins below one", ("spin", "gaussian", 1.0), spins),
-        scaled("inside a radius", ("radius", "below", 1.0), radii),
-        scaled("beyond a radius", ("radius", "above", 1.0), radii),
-        scaled("near the wall", ("gap", "exponential", 1.0), ranges),
+        with_scale("at slow sliding", ("sliding_speed", "exponential", 1.0), speeds),
+        with_scale("at slow motion", ("speed", "exponential", 1.0), speeds),
+        with_scale("that the speed takes", ("speed", "rational", 2.0), lifts),
+        with_scale("that sliding takes", ("sliding_speed", "rational", 2.0), lifts),
+        with_scale("beyond a speed", ("speed", "above", 1.0), lifts),
+        with_scale("at slow spin", ("spin", "decay", 1.0), spins),
+        with_scale("at spins below one", ("spin", "gaussian", 1.0), spins),
+        with_scale("inside a radius", ("radius", "below", 1.0), radii),
+        with_scale("beyond a radius", ("radius", "above", 1.0), radii),
+        with_scale("near the wall", ("gap", "exponential", 1.0), ranges),
     ]
 
 
 def _of_time(scales: RigScales) -> list[Modulator]:
     fades, changes = ([share * scales.run_s for share in shares] for shares in (FADES, CHANGES))
     return [
-        scaled("that settles in the run", ("time", "exponential", 1.0), fades),
-        scaled("that changes at once", ("time", "below", 1.0), changes),
+        with_scale("that settles in the run", ("time", "exponential", 1.0), fades),
+        with_scale("that changes at once", ("time", "below", 1.0), changes),
         *(fixed("that changes with a run", (Factor("run", "below", 1.0, run - 0.5),)) for run in range(1, scales.runs)),
     ]
 
@@ -220,13 +220,15 @@ def _of_blows(scales: RigScales) -> list[Modulator]:
         return ((Factor("recent_blows", y=fades_s),),)
 
     return [
-        scaled("after an impact", ("since", "exponential", 1.0), times),
-        scaled("just after an impact", ("since", "below", 1.0), times),
-        scaled("with the last blow, for a time", ("since", "exponential", 1.0), times, hard),
-        scaled("until a time that goes with the last blow", ("since_by_blow", "below", 1.0), by_blow),
-        scaled("for a time that goes with the last blow", ("since_by_blow", "exponential", 1.0), by_blow),
-        scaled("that the blows wear off", ("blows", "exponential", 1.0), WEARS),
-        scaled("near the last contact", ("from_contact", "exponential", 1.0), [s * scales.radius_m for s in REACHES]),
+        with_scale("after an impact", ("since", "exponential", 1.0), times),
+        with_scale("just after an impact", ("since", "below", 1.0), times),
+        with_scale("with the last blow, for a time", ("since", "exponential", 1.0), times, hard),
+        with_scale("until a time that goes with the last blow", ("since_by_blow", "below", 1.0), by_blow),
+        with_scale("for a time that goes with the last blow", ("since_by_blow", "exponential", 1.0), by_blow),
+        with_scale("that the blows wear off", ("blows", "exponential", 1.0), WEARS),
+        with_scale(
+            "near the last contact", ("from_contact", "exponential", 1.0), [s * scales.radius_m for s in REACHES]
+        ),
         Modulator("with the recent blows", recent, tuple(((time,), (SCALE_STEP,)) for time in times), (True,)),
     ]
 

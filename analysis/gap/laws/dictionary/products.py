@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
-from analysis.gap.laws.dictionary.modulated import Modulator, fixed, scaled, with_a_scale
+from analysis.gap.laws.dictionary.modulated import Modulator, all_with_scale, fixed, with_scale
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -48,7 +48,7 @@ def of_flights(scales: RigScales) -> list[Modulator]:
         fixed("times the place in the Host", *((way,) for way in ways("along_host"))),
         *(_along(quantity) for quantity in ("sliding_along", "host_acceleration_along", "host_velocity_along")),
         *(_wave(quantity) for quantity in ("phase", "azimuth", "angle", "body_angle", "sliding_direction")),
-        *with_a_scale(scales),
+        *all_with_scale(scales),
     ]
 
 
@@ -73,8 +73,8 @@ def of_impacts(known: Array) -> list[Modulator]:
         _one("the cylinder alone", Factor("at_cylinder")),
         *(_along(quantity) for quantity in ("host_acceleration_along", "host_velocity_along")),
         *(_wave(quantity) for quantity in ("azimuth", "body_angle", "phase")),
-        scaled("that settles in the run", ("time", "exponential", 1.0), [share * run_s for share in FADES]),
-        scaled("after an impact", ("since", "exponential", 1.0), [share * usual_s for share in REMEMBERED]),
+        with_scale("that settles in the run", ("time", "exponential", 1.0), [share * run_s for share in FADES]),
+        with_scale("after an impact", ("since", "exponential", 1.0), [share * usual_s for share in REMEMBERED]),
     ]
 
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
 from analysis.gap.laws.dictionary.impacts import SCALES, around, creeping, spaced, swinging, worn
-from analysis.gap.laws.dictionary.modulated import WEARS, Carrier, fixed
-from analysis.gap.laws.dictionary.modulated import scaled as scaled_by
+from analysis.gap.laws.dictionary.modulated import WEARS, Carrier, fixed, with_scale
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -75,7 +74,7 @@ def _shapes_that_change(known: Array) -> list[Candidate]:
     usual_spin, usual_slip = (float(np.median(np.abs(known[:, at]))) if len(known) else 0.0 for at in (W.SPIN, W.SLIP))
     modulators = [
         *(fixed(f"with {name}", (factor,)) for name, factor in _FOLLOWED),
-        *(scaled_by(name, shape, [share * size for share in SHARES]) for name, shape, size in (
+        *(with_scale(name, shape, [share * size for share in SHARES]) for name, shape, size in (
             ("as the spin takes it", ("spin", "rational", 2.0), usual_spin),
             ("at slow spin", ("spin", "decay", 1.0), usual_spin),
             ("at small slips", ("slip", "decay", 1.0), usual_slip),
@@ -91,6 +90,11 @@ def _shapes_that_change(known: Array) -> list[Candidate]:
     made = [one for carrier in carriers for modulator in modulators for one in carrier.times(modulator)]
     price = CLEARLY + 2.0 * math.log(len(modulators))
     return [replace(one, looked=one.looked + price) for one in made]
+
+
+def _form(one: Candidate) -> frozenset[frozenset[Factor]]:
+    """What a candidate says, in whatever order its factors stand."""
+    return frozenset(frozenset(term.factors) for term in one.terms)
 
 
 def wall_candidates(known: Array) -> list[Candidate]:
@@ -113,7 +117,9 @@ def wall_candidates(known: Array) -> list[Candidate]:
         for order in (1, 2):  # a wall that creeps, or bends
             terms = tuple(Term(TARGET, 1.0, (Factor(quantity), wave)) for wave in waves("azimuth", float(order)))
             out.append(plain(f"{WORD} with the azimuth and the {word}, order {order}", *terms))
-    out += _shapes_that_change(known)
+    # A form that stands above is no rival of itself.
+    listed = {_form(one) for one in out}
+    out += [one for one in _shapes_that_change(known) if _form(one) not in listed]
     swings = (Term(TARGET, 1.0, (one, other)) for one in waves("azimuth") for other in waves("phase"))
     out.append(plain(f"{WORD} with the azimuth and the phase", *swings))
     out += spaced(WORD, TARGET)

@@ -113,14 +113,12 @@ def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> Impac
     slope, slope_sd = (
         (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     )
-    lasting = _lasting(data, law) if shape.finite and np.isfinite(law.wall_friction) else None
+    lasting = _lasting(data, law) if shape.finite and law.wall_friction > 0.0 else None
     return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s, lasting)
 
 
 def _lasting(data: LawData, law: Law) -> LastingContact | None:
     """The tangential law of contacts that last; None where stick or slide in an instant is likelier."""
-    if not law.wall_friction > 0.0:
-        return None
     found = fit_lasting(impulses_of(data), law.restitution, law.wall_friction, law.tangential_scatter)
     return found if found.misfit < law.tangential_misfit else None
 
