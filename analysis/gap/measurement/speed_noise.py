@@ -7,7 +7,8 @@ Each run has a noise of its own: a short run under a strong random drive leaves 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,10 @@ CLIP_SD = 4.0
 # How well a scatter is known from a drawn one of its size, beside its own noise: with it the true one lies in the 90 %
 # interval in 22 of 24 series (three drives, four runs each; errors of 0.3 % on the mean, 8.7 % at most).
 SHARE_OF_SIZE = 0.02
-# Runs that are drawn: what a fit takes is much the same in all.
-DRAWN_RUNS = 4
+# Runs that are drawn: what a fit takes is much the same in all.  The lesser of the two squares is drawn as this share
+# of the greater at the least; where a unit of jitter and one of blur are seen as nearly alike as this (condition), what
+# is drawn tells neither from the other.
+DRAWN_RUNS, LEAST_DRAWN, MOST_ALIKE = 4, 0.01, 1e3
 Pairs = list[tuple[Array, Array]]
 
 
@@ -45,19 +48,16 @@ def speed_noise(series: Series) -> list[Finding]:
     rng = np.random.default_rng(len(pairs))
     sizes, errors = _both(pairs)
     if any(size > SIGNIFICANCE * error for size, error in zip(sizes, errors, strict=True)):
-        largest = max(float(np.max(sizes)), 0.0)
-        unit = [max(float(size), 0.01 * largest) for size in sizes]
+        unit = [max(float(size), LEAST_DRAWN * float(np.max(sizes))) for size in sizes]
         drawn = [_drawn(runs, np.sqrt(unit[0]), 0.0, rng), _drawn(runs, 0.0, np.sqrt(unit[1]), rng)]
-        was, seen = (np.column_stack([_both(pair[k])[0] for pair in drawn]) for k in (0, 1))
-        true = was @ np.linalg.inv(seen)
-        sizes, errors = true @ sizes, np.sqrt(true**2 @ errors**2)
+        sizes, errors = _given_back(sizes, errors, drawn, _both)
     blur = _finding("motion_blur", sizes[1], errors[1], least_s["motion_blur"])
     if not blur.found:
         axis = int(np.argmax(np.max([np.max(np.abs(velocity), 0) for _, velocity in pairs], 0)))
         sizes, errors = _along(pairs, axis)
         if sizes[0] > SIGNIFICANCE * errors[0]:
-            was, seen = (_along(pair, axis)[0] for pair in _drawn(runs, np.sqrt(sizes[0]), 0.0, rng))
-            sizes, errors = sizes * was / seen, errors * was / seen
+            drawn = [_drawn(runs, np.sqrt(sizes[0]), 0.0, rng)]
+            sizes, errors = _given_back(sizes, errors, drawn, partial(_along, axis=axis))
     return [_finding("trigger_jitter", sizes[0], errors[0], least_s["trigger_jitter"]), blur]
 
 
@@ -77,6 +77,20 @@ def _along(pairs: Pairs, axis: int) -> tuple[Array, Array]:
     return _variances([(residual[:, axis], velocity[:, axis : axis + 1] ** 2) for residual, velocity in pairs])
 
 
+def _given_back(
+    sizes: Array, errors: Array, drawn: Sequence[tuple[Pairs, Pairs]], told: Callable[[Pairs], tuple[Array, Array]]
+) -> tuple[Array, Array]:
+    """Squares (K,) and their sds with what the Host's fit took of them, by what it takes of the K that were ``drawn``;
+    as they are where these do not show it."""
+    if not all(len(pairs) for pair in drawn for pairs in pair):
+        return sizes, errors
+    was, seen = (np.column_stack([told(pair[k])[0] for pair in drawn]) for k in (0, 1))
+    if not np.all(np.minimum(np.diag(seen), np.diag(was)) > 0) or np.linalg.cond(seen / np.diag(was)) > MOST_ALIKE:
+        return sizes, errors
+    true = was @ np.linalg.inv(seen)
+    return true @ sizes, np.sqrt(true**2 @ errors**2)
+
+
 def _drawn(runs: Sequence[Run], jitter_s: float, blur_s: float, rng: np.random.Generator) -> tuple[Pairs, Pairs]:
     """Residuals and velocities of the Host in runs that are drawn about its fitted paths, with the noise that they
     have and a jitter or blur: as drawn, and after a fit like theirs."""
@@ -89,9 +103,8 @@ def _drawn(runs: Sequence[Run], jitter_s: float, blur_s: float, rng: np.random.G
         off[:, :2] += blur_m[:, None] * rng.standard_normal((len(time_s), 2))
         off[~np.isfinite(run.host_table[:, :4])] = np.nan
         again = fit_host_motion(time_s, host.at(time_s) + off, sd, host.frequency_hz)
-        if again.omega_rad_per_s:
-            drawn.append(_residuals(off, velocity))
-            fitted.append(_residuals(again.residual, again.at(time_s, 1)))
+        drawn.append(_residuals(off, velocity))
+        fitted.append(_residuals(again.residual, again.at(time_s, 1)))
     full = [k for k, (residual, _) in enumerate(fitted) if len(residual)]
     return [drawn[k] for k in full], [fitted[k] for k in full]
 
