@@ -21,6 +21,7 @@ from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.drive.findings import DriveSteps
 from analysis.gap.drive.steps import beyond_stated_drive, drive_steps
 from analysis.gap.finding import Finding
+from analysis.gap.measurement.changed_pictures import changed_pictures
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.picture_grid import picture_grid
@@ -117,6 +118,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         *ground,
         *([tests.clock_change] if tests.clock_change is not None else []),
         *rigid,
+        *changed_pictures(series),
         *turning_picture(series),
         *picture_grid(series),
         *drive.structure,

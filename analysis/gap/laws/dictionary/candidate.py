@@ -174,6 +174,8 @@ def _of_target(term: Term, out: dict[str, tuple[float, str]]) -> None:
         out["direction_rad"] = (_angle_of(term), "rad")
     elif kind in ("body", "body_marker"):
         out["body_direction_rad"] = (_angle_of(term), "rad")
+    elif kind in ("camera_axis", "camera_angle"):
+        out["picture_direction_rad"] = (term.y, "rad")
     elif kind == "axis":
         out["axis_rad"] = (term.x, "rad")
     elif kind in ("room", "host"):
