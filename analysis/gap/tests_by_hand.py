@@ -75,8 +75,8 @@ def unknown_test(stage: str, goes_with: str) -> str:
         )
     if goes_with.startswith(IN_PICTURE):
         return (
-            f"The structure goes with {goes_with}. Film the boards once more, with the camera as it is, and diagnose with "
-            "that calibration: nothing of it is left then. Until that is done, its law corrects these recordings "
+            f"The structure goes with {goes_with}. Film the boards once more, with the camera as it is, and diagnose "
+            "with that calibration: nothing of it is left then. Until that is done, its law corrects these recordings "
             "(`ovines diagnose --law`)."
         )
     return (

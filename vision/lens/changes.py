@@ -29,9 +29,9 @@ Block = tuple[Array, Array]
 ASKED = (ZOOM, TURN, STRETCH, RADIAL, DECENTRING)
 # What is believed of a change beforehand: RMS over the places of the markers (px).
 EXPECTED_PX = 1.0
-# Natural logarithm of the odds from which a change is told, for each of the forms that were tried.  Of 79 series with a
-# smooth residual of the lens, or with other faults of the cameras, none came to more than 2.5, but for one whose markers
-# bloom (10.7); lenses focused anew by 0.2 px at 300 px came to 59 and 63, beside such a residual to 26.
+# Natural logarithm of the odds from which a change is told, for each of the forms that were tried.  Of 79 series with
+# a smooth residual of the lens, or with other faults of the cameras, none came to more than 2.5, but for one whose
+# markers bloom (10.7); lenses focused anew by 0.2 px at 300 px came to 59 and 63, beside such a residual to 26.
 SURE = 6.0
 MOST_CHANGES = 3
 
