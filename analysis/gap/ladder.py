@@ -40,6 +40,7 @@ from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.selection.inertia import (
     NEGLIGIBLE,
     InertiaStep,
+    flights_contradict,
     inertia_step,
     stated_ratio,
     wall_between,
@@ -122,7 +123,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         *turning_picture(series),
         *picture_grid(series),
         *drive.structure,
-        *(inertia.structure() if inertia.found and "inertia_error" in withheld else []),
+        *(inertia.structure() if inertia.contradicted or (inertia.found and "inertia_error" in withheld) else []),
         *_withheld_measurement(tests, withheld),
         *(s for s in flights.structure if s.strength > felt),
         *impacts.structure,
@@ -269,6 +270,12 @@ def _flights_and_disk(
         told, ratio, middle_m = disk(flights.fitted)
         if abs(ratio - in_use) < NEGLIGIBLE and same_middle(middle_m, centre_m, series.contact_radius_m):
             break
+    if told.found and in_use != 1.0:
+        stated_runs = with_inertia(series, factor / series.runs[0].data.inertia_factor)
+        if flights_contradict(flights.named, stated_runs):
+            beside = withheld.union({"inertia_error"})
+            told, flights, series = _flights_and_disk(stated_runs, first, effects, beside, tests, rng)
+            return replace(told, found=False, contradicted=told.found), flights, series
     return told, flights, series
 
 

@@ -268,6 +268,12 @@ def test_a_lens_that_has_changed_is_left_and_has_its_law(tmp_path, loaded, kind,
     assert not [name for name, one in measurement_tests(again).findings.items() if one.found]
 
 
+def test_what_does_not_hold_in_other_runs_is_no_change_of_a_camera(loaded):
+    """Markers that bloom towards others look like a stretch, likelier by e^9 and more, and another one in each run."""
+    _, series = loaded("unknown_blooming_markers", 1.0, 3, runs=3)
+    assert series.picture_changes == ()
+
+
 def test_a_lasting_bend_is_taken_out_of_tracks_as_it_was_put_in(loaded):
     """To a ten-thousandth of a pixel; a camera that is not there is refused."""
     _, series = loaded("none", 1.0, 8, "ar1", 2)
