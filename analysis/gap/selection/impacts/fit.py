@@ -14,15 +14,16 @@ from analysis.contact.law import (
     Law,
     LawData,
     fit_law,
-    impulses_of,
+    lasting_law,
     law_data,
     outlier_count,
     predicted_tangential,
     stick_impulse,
 )
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
-from analysis.contact.tangential.lasting import LastingContact, fit_lasting
-from analysis.contact.wall_fit import LEAST_RESTITUTION, WallFit, fit_wall, lobe_order
+from analysis.contact.tangential.lasting import LastingContact
+from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order, outside_the_wall
+from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.wall import Wall
@@ -74,21 +75,10 @@ class ImpactFit:
             return self.lasting.impulse(stick_impulse(data, 0.0), data.normal_impulse)
         return predicted_tangential(data, self.law.wall_friction, self.law.tangential_restitution)
 
-    def in_the_wall(self, run: int, time_s: Array) -> NDArray[np.bool_]:
-        """At which times (N,) of a run the disk is in the wall, where contacts last.
-
-        Paths that meet it with v and leave it T later with eps v intersect eps T / (1 + eps) after the one and
-        T / (1 + eps) before the other."""
-        restitution = max(self.law.restitution, LEAST_RESTITUTION)
-        early_s = max(self.contact_slope_s, 0.0) if np.isfinite(restitution) else 0.0
-        met_s = np.sort(self.junctions.time_s[self.junctions.run == run])
-        if not early_s or not len(met_s):
-            return np.zeros(len(time_s), bool)
-        last = np.searchsorted(met_s, time_s) - 1
-        since_s = time_s - met_s[np.maximum(last, 0)]
-        until_s = met_s[np.minimum(last + 1, len(met_s) - 1)] - time_s
-        leaving = (last >= 0) & (since_s < early_s / restitution)
-        return np.asarray(leaving | ((last + 1 < len(met_s)) & (until_s < early_s)), bool)
+    def outside_the_wall(self, runs: Sequence[Run]) -> list[Run]:
+        """``runs`` without the frames in which the disk is in the wall."""
+        delay_s = self.contact_slope_s if np.isfinite(self.law.restitution) else 0.0
+        return outside_the_wall(runs, self.junctions, delay_s, self.law.restitution)
 
 
 PLAIN_SHAPE = Shape()
@@ -113,14 +103,8 @@ def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> Impac
     slope, slope_sd = (
         (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     )
-    lasting = _lasting(data, law) if shape.finite and law.wall_friction > 0.0 else None
+    lasting = lasting_law(data, law) if shape.finite else None
     return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s, lasting)
-
-
-def _lasting(data: LawData, law: Law) -> LastingContact | None:
-    """The tangential law of contacts that last; None where stick or slide in an instant is likelier."""
-    found = fit_lasting(impulses_of(data), law.restitution, law.wall_friction, law.tangential_scatter)
-    return found if found.misfit < law.tangential_misfit else None
 
 
 def _from_start(data: LawData, start_s: Array) -> LawData:
