@@ -9,6 +9,7 @@ and the tangential spring's stiffness over the normal one's.  (For an elastic co
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -124,6 +125,16 @@ def _impulse(stopping: Array, sliding: Array, stiffness: float, share: RegularGr
 def fit_lasting(impulses: Impulses, restitution: float, wall_friction: float, scatter: float) -> LastingContact:
     """The likeliest friction and stiffness of the K impacts, from the ``wall_friction`` and the ``scatter`` (over the
     normal impulse) of a contact of an instant."""
+    return _likeliest(impulses, restitution, [(wall_friction, stiffness, scatter) for stiffness in STARTS])
+
+
+def refit_lasting(impulses: Impulses, law: LastingContact, scatter: float) -> LastingContact:
+    """:func:`fit_lasting` of most of the impacts that ``law`` was fitted to, from there."""
+    return _likeliest(impulses, law.restitution, [(law.wall_friction, law.stiffness, scatter)])
+
+
+def _likeliest(impulses: Impulses, restitution: float, starts: Sequence[tuple[float, float, float]]) -> LastingContact:
+    """From ``starts`` in friction, stiffness and scatter."""
     share, normal = friction_share(restitution), impulses.normal
     stopping = -(impulses.slip + impulses.coupling * normal) / impulses.mobility
     low, high = np.log(STIFFNESS[[0, -1]])
@@ -134,8 +145,8 @@ def fit_lasting(impulses: Impulses, restitution: float, wall_friction: float, sc
         variance = impulses.variance + (np.exp(theta[2]) * normal) ** 2
         return float(-2.0 * np.sum(belongs(r2, variance, impulses.broad, impulses.outliers)[1]))
 
-    starts = [np.log([wall_friction, stiffness, scatter]) for stiffness in STARTS]
     rest = {"xatol": PLACES_AGREE, "fatol": VALUES_AGREE}
-    best = min((minimize(misfit, one, method="Nelder-Mead", options=rest) for one in starts), key=lambda one: one.fun)
+    tried = [minimize(misfit, np.log(one), method="Nelder-Mead", options=rest) for one in starts]
+    best = min(tried, key=lambda one: one.fun)
     friction, stiffness = np.exp(best.x[0]), np.exp(np.clip(best.x[1], low, high))
     return LastingContact(float(friction), float(stiffness), restitution, float(best.fun))

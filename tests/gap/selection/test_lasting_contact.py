@@ -1,6 +1,8 @@
 """Contacts that last, by a plant that shares no code with the diagnosis: what they do along the wall, and frames in
 which the disk is in it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from analysis.gap.ladder import run_ladder
 from analysis.gap.page.figures.impacts import law_figure
 from analysis.gap.prediction.held_out_errors import held_out_errors
 from analysis.gap.prediction.how_far import how_far
-from analysis.gap.prediction.predict import stated_tangential
+from analysis.gap.prediction.predict import predicted_impacts, stated_tangential
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.recording_schema import Nominal
@@ -85,6 +87,21 @@ def test_a_model_that_states_it_is_taken_at_its_word(ladder, last_fit):
         for effects in (("finite_contact_time",), ())
     )
     assert np.sum(lasting**2) < 0.75 * np.sum(instant**2)
+
+
+def test_a_run_s_impacts_are_predicted_by_the_law_of_the_others(ladder):
+    """Along the wall, of contacts that last and of an instant: what one run's impulses are changes no prediction of its
+    own, and those of the others."""
+    fit = ladder[0].impacts.fitted
+    data, own = fit.data, fit.data.run == 0
+    more = replace(data, tangential_impulse=np.where(own, 1.5, 1.0) * data.tangential_impulse)
+    for one in (fit, replace(fit, lasting=None)):
+        both = [
+            part.data.tangential_impulse - predicted_impacts(part, ())[0][:, 1]
+            for part in (one, replace(one, data=more))
+        ]
+        np.testing.assert_allclose(both[1][own], both[0][own], rtol=0, atol=1e-12)
+        assert np.abs(both[1] - both[0])[~own].max() > 1e-3
 
 
 def test_the_gap_closes_along_the_wall_too(ladder):

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact.given_impacts import part_of
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import Junctions, intersect
 from analysis.contact.law import (
     Law,
     LawData,
     fit_law,
+    fit_tangential,
+    impulses_of,
     lasting_law,
     law_data,
     outlier_count,
@@ -21,7 +25,7 @@ from analysis.contact.law import (
     stick_impulse,
 )
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
-from analysis.contact.tangential.lasting import LastingContact
+from analysis.contact.tangential.lasting import LastingContact, refit_lasting
 from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order, outside_the_wall
 from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits
@@ -31,6 +35,8 @@ from analysis.walls.wall import Wall
 Array = NDArray[np.float64]
 # Strays of restitution that are still chance: so many, and this share (1 % is expected).
 MANY_OUTLIERS, MANY_OUTLIERS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
+# Impacts of other runs that a run's law along the wall is told by.
+FEWEST_HELD_OUT = 8
 #: law of a series with too few impacts to fit one
 NO_LAW = Law(*[float("nan")] * 7)
 
@@ -74,6 +80,35 @@ class ImpactFit:
         if self.lasting is not None:
             return self.lasting.impulse(stick_impulse(data, 0.0), data.normal_impulse)
         return predicted_tangential(data, self.law.wall_friction, self.law.tangential_restitution)
+
+    def without(self, run: int) -> ImpactFit:
+        """The same with the law along the wall of the other runs; with its own where those are too few."""
+        return self._held_out.get(int(run), self)
+
+    @cached_property
+    def _held_out(self) -> dict[int, ImpactFit]:
+        """:meth:`without` each run whose impacts are known."""
+        if not np.isfinite(self.law.wall_friction):
+            return {}
+        others = {int(run): self.data.run != run for run in np.unique(self.data.run)}
+        return {
+            run: self._along_the_wall(part_of(self.data, those))
+            for run, those in others.items()
+            if np.count_nonzero(those) >= FEWEST_HELD_OUT
+        }
+
+    def _along_the_wall(self, data: LawData) -> ImpactFit:
+        """The same with the law along the wall that is likeliest for ``data``, sought from where it stands."""
+        start = self.law.wall_friction, self.law.tangential_restitution
+        (friction,), beta, scatter, misfit = fit_tangential(data, start=start)
+        law = replace(
+            self.law,
+            wall_friction=float(friction),
+            tangential_restitution=beta,
+            tangential_misfit=misfit,
+            tangential_scatter=scatter,
+        )
+        return replace(self, law=law, lasting=self.lasting and refit_lasting(impulses_of(data), self.lasting, scatter))
 
     def outside_the_wall(self, runs: Sequence[Run]) -> list[Run]:
         """``runs`` without the frames in which the disk is in the wall."""
