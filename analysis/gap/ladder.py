@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.middle import middle_of_disk, same_middle, with_middle
-from analysis.flights.cutting.runs import Run, without_frames
+from analysis.flights.cutting.runs import Run
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.drive.findings import DriveSteps
@@ -284,10 +284,9 @@ def _outside_the_wall(series: Series, impacts: ImpactSteps) -> Series | None:
     where there are none."""
     if impacts.fitted is None:
         return None
-    hidden = [impacts.fitted.in_the_wall(k, run.data.time_s) for k, run in enumerate(series.runs)]
-    if not any(one.any() for one in hidden):
-        return None
-    return replace(series, runs=tuple(without_frames(*both) for both in zip(series.runs, hidden, strict=True)))
+    runs = impacts.fitted.outside_the_wall(series.runs)
+    changed = any(one is not run for one, run in zip(runs, series.runs, strict=True))
+    return replace(series, runs=tuple(runs)) if changed else None
 
 
 def _clock_s(findings: Sequence[Finding]) -> float:
