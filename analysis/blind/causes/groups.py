@@ -1,41 +1,10 @@
 """Which causes were written together, for which trial: `ovines blind make --kinds GROUP` draws from these lists, and a
 trial's seed makes the same trial again only while their order stays."""
 
+from analysis.blind.causes.listed import LISTED_GROUPS
+
 GROUPS: dict[str, tuple[str, ...]] = {
-    # FORMATS.md lists them
-    "listed": (
-        "floor_friction",
-        "spin_coupling",
-        "viscous_drag",
-        "air_drag",
-        "table_tilt",
-        "vertical_motion",
-        "friction_drift",
-        "speed_dependent_restitution",
-        "direction_dependent_restitution",
-        "finite_contact_time",
-        "wall_ellipticity",
-        "wall_centre_offset",
-        "mass_centre_offset",
-        "centre_marker_offset",
-        "camera_clock_offset",
-        "sensor_window_offset",
-        "length_scale_error",
-        "frame_rate_error",
-        "plane_tilt",
-        "trigger_jitter",
-    ),
-    # the library's further ones
-    "further": (
-        "nes_rocking",
-        "restitution_drift",
-        "wall_lobes",
-        "inertia_error",
-        "host_recoil",
-        "host_ringing",
-        "host_sway",
-        "motion_blur",
-    ),
+    **LISTED_GROUPS,
     "unlisted": (
         "unknown_central",
         "unknown_magnus",

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread
 
 
 def _wandering_shim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
