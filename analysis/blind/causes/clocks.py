@@ -55,6 +55,12 @@ def _flickering_lamps(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"flicker_s": draft.view["flicker_s"], "frequency_hz": draft.view["flicker_hz"]}
 
 
+def _exposure_control(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A lamp at any side."""
+    draft.view.update(exposure_s=1.3e-4 * size * spread(rng), exposure_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"exposure_s": draft.view["exposure_s"], "angle_rad": draft.view["exposure_rad"]}
+
+
 CLOCKS = [
     # --- the clock of both cameras ---
     Cause("unknown_uneven_clock", "measurement", seen("uneven_s", 1e-3)),
@@ -87,6 +93,13 @@ CLOCKS = [
         "measurement",
         seen("shocked_s", 3e-5),
         follows="the time since the last blows, how hard they were, and the velocity in the picture",
+    ),
+    # A second camera that sets its exposure by the light it sees.
+    Cause(
+        "unknown_exposure_control",
+        "measurement",
+        _exposure_control,
+        follows="the disk's place in the Host along one direction, and the velocity in the picture",
     ),
     # A recorder that loses frames.
     Cause(

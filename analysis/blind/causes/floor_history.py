@@ -63,6 +63,14 @@ def _pulsing_air(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _wearing_middle(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, polished or roughened: as much less than on the mean at first as more at last, or
+    the other way."""
+    most = 0.45 * size * spread(rng) * sign(rng)
+    draft.run_numbers.update(wearing=most * np.linspace(-1.0, 1.0, runs))
+    return {"wearing": most}
+
+
 FLOOR_HISTORY = [
     # --- by what went before ---
     Cause("unknown_warming_floor", "flight", changes({"warming": 0.45})),
@@ -128,6 +136,20 @@ FLOOR_HISTORY = [
         follows="the number of the run, from one on",
         rivals=("friction_drift",),
     ),
+    # A floor that wears in its middle in the course of the series.
+    Cause(
+        "unknown_wearing_middle",
+        "flight",
+        _wearing_middle,
+        follows="the number of the run from the middle one, in the middle of the Host",
+    ),
+    # Powder that blows shed, and that gathers along the wall in the course of each run.
+    Cause(
+        "unknown_shed_powder",
+        "flight",
+        changes({"powder": 0.7}),
+        follows="the number of blows so far, and the way to the wall",
+    ),
     # --- by the Host's motion ---
     # A floor plate whose screws are loose follows the ring only in part.
     Cause("unknown_loose_floor", "flight", changes({"loose_floor": 0.6})),
@@ -142,6 +164,13 @@ FLOOR_HISTORY = [
     ),
     # The shaker's table pitches as it is accelerated: one side of the floor presses, the other gives way.
     Cause("unknown_pitching_floor", "flight", changes({"pitching": 0.6}, signed=True)),
+    # The shaker's coil draws the steel washer down, whichever way its current flows.
+    Cause(
+        "unknown_drawn_down",
+        "flight",
+        changes({"drawn_down": 0.35}),
+        follows="the square of the Host's acceleration, in the friction",
+    ),
     # A guide with worn bearings, whose rumble shakes the load off the floor.
     Cause("unknown_rumbling_guide", "flight", changes({"rumble": 0.4}), follows="the square of the Host's speed"),
 ]

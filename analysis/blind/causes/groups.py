@@ -302,4 +302,23 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_sagging_arm",
         "unknown_blooming_markers",
     ),
+    # what people have found, late, when they explained their own experiments, listed before the plant was read
+    "witnessed": (
+        "unknown_bowed_sheet",
+        "unknown_cooling_fan",
+        "unknown_magnetised_ring",
+        "unknown_wearing_middle",
+        "unknown_shed_powder",
+        "unknown_drawn_down",
+        "unknown_retightened_screws",
+        "unknown_lamplit_side",
+        "unknown_picked_up_oil",
+        "unknown_sloshing_oil",
+        "unknown_curing_glue",
+        "unknown_pressed_ring",
+        "unknown_seat_play",
+        "unknown_exposure_control",
+        "unknown_sinking_head",
+        "unknown_bulging_lid",
+    ),
 }

@@ -124,6 +124,13 @@ def _sagging_arm(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"sagging_rad": draft.view["sagging_rad"]}
 
 
+def _sinking_head(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as far to one side of the mean at first as to the other at last."""
+    most = 0.75 * size * spread(rng) * sign(rng)
+    draft.view.update(head_px=tuple((most * np.linspace(-1.0, 1.0, runs)).tolist()))
+    return {"head_px": most}
+
+
 MEASUREMENT = [
     # --- the markers ---
     Cause("unknown_slipped_marker", "measurement", _slipped_marker),
@@ -182,6 +189,13 @@ MEASUREMENT = [
         seen("bloom_px", 1.9),
         follows="the way in the picture from each of the disk's markers to the Host's",
     ),
+    # A lid on the ring that bulges, and through which the disk is seen.
+    Cause(
+        "unknown_bulging_lid",
+        "measurement",
+        seen("lid_bulge", 0.0045),
+        follows="the place of the disk's markers from the Host's middle",
+    ),
     # A lamp that the wall stands in the way of.
     Cause(
         "unknown_marker_shadow",
@@ -217,6 +231,13 @@ MEASUREMENT = [
         "measurement",
         _bumped_camera,
         follows="the place in one camera's picture, from one run on",
+    ),
+    # A tripod whose head sinks from run to run.
+    Cause(
+        "unknown_sinking_head",
+        "measurement",
+        _sinking_head,
+        follows="the number of the run, the same all over one camera's picture",
     ),
     # A camera on an arm that gives in the lamps' heat, and is set right before each run.
     Cause(

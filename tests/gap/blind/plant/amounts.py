@@ -195,6 +195,22 @@ ORDERS = {
     "unknown_knocked_lens": ("pixels", 0.9),
     "unknown_sagging_arm": ("pixels", 0.8),
     "unknown_blooming_markers": ("pixels", 0.7),
+    "unknown_bowed_sheet": ("force", 0.3),
+    "unknown_cooling_fan": ("force", 0.37),
+    "unknown_magnetised_ring": ("force", 0.2),  # of disks within 36 mm of the Host's middle; a run has nearer ones
+    "unknown_wearing_middle": ("friction", 0.4),
+    "unknown_shed_powder": ("friction", 0.4),
+    "unknown_drawn_down": ("friction", 0.47),
+    "unknown_retightened_screws": ("kick", 0.055),
+    "unknown_lamplit_side": ("kick", 0.018),  # of blows in the first tenth of a run
+    "unknown_picked_up_oil": ("kick", 0.055),
+    "unknown_sloshing_oil": ("kick", 0.065),
+    "unknown_curing_glue": ("twist", 4.7),
+    "unknown_pressed_ring": ("gap", 1.9e-4),
+    "unknown_seat_play": ("gap", 1.9e-4),
+    "unknown_exposure_control": ("pixels", 0.25),  # the disk is faster than the Host
+    "unknown_sinking_head": ("pixels", 0.75),
+    "unknown_bulging_lid": ("pixels", 0.67),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -239,6 +255,8 @@ CAMERA = {
     "unknown_refocused_lens": "VW1",
     "unknown_knocked_lens": "VW1",
     "unknown_sagging_arm": "VW2",
+    "unknown_exposure_control": "VW2",
+    "unknown_sinking_head": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -252,6 +270,7 @@ OF_THE_DISK = (
     "unknown_risen_markers",
     "unknown_leaning_card",
     "unknown_blooming_markers",
+    "unknown_bulging_lid",
 )
 # Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
 AS_BEFORE = {
@@ -286,5 +305,13 @@ AS_BEFORE = {
         "unknown_knocked_lens",
         "restitution_drift+unknown_sagging_arm",
         "camera_clock_offset+unknown_faced_floor",
+    ],
+    "witnessed": [
+        "plane_tilt+unknown_curing_glue",
+        "unknown_seat_play",
+        "unknown_sloshing_oil",
+        "unknown_exposure_control",
+        "restitution_drift+unknown_sinking_head",
+        "camera_clock_offset+unknown_wearing_middle",
     ],
 }
