@@ -25,6 +25,7 @@ UNITS = {
     "s^2/m": "_s2_per_m",
     "m/s^2": "_m_per_s2",
     "m^2/s": "_m2_per_s",
+    "m^2/s^2": "_m2_per_s2",
     "1": "",
 }
 SCALED = ("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay", "rational", "within")
