@@ -9,14 +9,10 @@ once.  Where Python calls a helper too, that one is compiled for it.
 from __future__ import annotations
 
 import gc
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
-
-# numba dresses every message of its type inference in colours, which nobody sees: a tenth of the time of compiling.
-os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 
 from numba import _dynfunc, types
 from numba.core import sigutils
