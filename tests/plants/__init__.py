@@ -2,7 +2,8 @@
 `analysis.blind`.
 
 Shares no law with any of them, and with the core only how it is compiled.  ``draw_rig`` draws a rig of any size at any
-place under a law of flight (:data:`laws.LAWS`), ``make_run`` one recording of it, ``make_recording`` both at once, ``write_series`` the folder that ``ovines`` reads.
+place under a law of flight (:data:`laws.LAWS`), ``make_run`` one recording of it, ``make_recording`` both at once,
+``write_series`` the folder that ``ovines`` reads.
 """
 
 from tests.plants.laws import LAWS
