@@ -34,6 +34,8 @@ EXPECTED_PX = 1.0
 # markers bloom (10.7); lenses focused anew by 0.2 px at 300 px came to 59 and 63, beside such a residual to 26.
 SURE = 6.0
 MOST_CHANGES = 3
+# Of the amplitudes that a smooth field beside a change may have, one in so many is tried.
+EVERY = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +85,7 @@ def find_changes(
     whole: Block,
     runs: Callable[[], Sequence[Block]],
     solve: Callable[[Block, float], Solved],
+    amplitude_px: float,
     lattices: Sequence[Lattice],
     cameras: Sequence[Camera],
     places_px: Sequence[Array],
@@ -93,13 +96,15 @@ def find_changes(
     ----------
     whole, runs : of the whole series and of each run, in units of the noise
     solve : (data, amplitude in px) -> the data under a smooth field of that amplitude
+    amplitude_px : the likeliest without changes
     places_px : (N, 2) of each camera, where markers went
     """
     forms = _forms(lattices, cameras, places_px)
     columns = np.hstack([form.columns for form in forms])
     ends = np.cumsum([0, *(form.columns.shape[1] for form in forms)])
     where = [np.arange(first, last) for first, last in pairwise(ends)]
-    besides = [_beside(solve(whole, amplitude), whole, columns) for amplitude in AMPLITUDES_PX]
+    amplitudes = sorted({*AMPLITUDES_PX[::EVERY], amplitude_px})
+    besides = [_beside(solve(whole, amplitude), whole, columns) for amplitude in amplitudes]
 
     def best(chosen: Sequence[int]) -> float:
         at = np.concatenate([where[k] for k in chosen]) if chosen else np.zeros(0, np.int64)
@@ -119,7 +124,7 @@ def find_changes(
     number = int(np.argmax([one.log_odds(at) for one in besides]))
     mean, covariance = besides[number].sizes(at)
     prior = EXPECTED_PX**2 * columns[:, at] @ columns[:, at].T
-    before, after = _by_run(runs(), solve, AMPLITUDES_PX[number], columns[:, at])
+    before, after = _by_run(runs(), solve, amplitudes[number], columns[:, at])
     if not after.sum() < before.sum():  # it does not hold in runs that it was not learnt from: of no camera
         return Changed((), np.zeros_like(whole[0]))
     changes, first = [], 0

@@ -225,7 +225,7 @@ def _changes(
     pixels = np.concatenate([one.uv_px[:, one.body >= 0].reshape(-1, 2, 2) for one in runs])
     pixels = pixels[np.isfinite(pixels).all((-1, -2))]
     pixels = pixels[:: max(1, len(pixels) // MOST_PLACES)]
-    return find_changes(whole, by_run, solve, lattices, pair, [pixels[:, 0], pixels[:, 1]])
+    return find_changes(whole, by_run, solve, posterior.amplitude_px, lattices, pair, [pixels[:, 0], pixels[:, 1]])
 
 
 def _nothing(frames: int, why: str) -> LensEstimate:
