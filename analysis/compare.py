@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from analysis.comparison.flights_ahead import one_flight_ahead
 from analysis.comparison.laws_at_impacts import LawsAtImpacts, laws_at_impacts
 from analysis.comparison.run_statistics import run_statistics
-from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
+from analysis.comparison.simulated_rig import host_motion_of, met, nominal_scenario, states_after
+from analysis.contact.effect_rows import CONTACT_TIME
+from analysis.contact.tangential.lasting import LastingContact, stiffness_of
 from analysis.walls.drawn import identified_wall
 from ovines.core import Scenario
 from ovines.errors import InputError
@@ -67,10 +69,11 @@ def compare(
         identification, recording, host_motion, float(motion["time_s"].max() - motion["time_s"].min())
     )
     wall = identified_wall(identification, recording)
-    states = states_after(impacts, host_motion, scenario.nes.radius_m, wall)
-    flights = one_flight_ahead(motion, impacts, states, scenario, host_motion, contacts_s)
-    after = one_impact_ahead(impacts, scenario, laws_at_impacts(impacts, scenario, host_motion))
-    statistics, samples = run_statistics(motion, impacts, states, scenario, host_motion, rng, runs, contacts_s)
+    meeting, in_wall_s = met(impacts, identification, scenario)
+    states = states_after(meeting, host_motion, scenario.nes.radius_m, wall)
+    flights = one_flight_ahead(motion, meeting, states, scenario, host_motion, contacts_s, in_wall_s)
+    after = one_impact_ahead(impacts, scenario, laws_at_impacts(meeting, scenario, host_motion))
+    statistics, samples = run_statistics(motion, meeting, states, scenario, host_motion, rng, runs, contacts_s)
     return Comparison(flights, after, statistics, samples, scenario)
 
 
@@ -78,7 +81,8 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpa
     """What the impact law makes of each measured approach: measured and simulated normal and tangential speed
     and spin after.
 
-    Luding law with a heavy Host (thesis eqs (91)-(102), checked in ERRATA); spin by the tangential impulse,
+    Luding law with a heavy Host (thesis eqs (91)-(102), checked in ERRATA), or a spring along the wall where contacts
+    last (:mod:`analysis.contact.tangential.lasting`); spin by the tangential impulse,
     omega+ = omega- + (v_t+ - v_t-) / (R (1 + q)).  Impacts without a measured approach have null predictions.
     ``laws``: written ones, which add to its numbers at each impact (:func:`laws_at_impacts`).
     """
@@ -97,6 +101,8 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpa
     with np.errstate(divide="ignore", invalid="ignore"):
         sliding = -1 + friction * (1 + restitution) * (1 + 1 / nes.inertia_factor) * np.abs(v_n) / np.abs(v_t)
     tangential = np.where(v_t == 0, 0.0, -np.minimum(reversal, sliding) * v_t)
+    if CONTACT_TIME in scenario.effects:
+        tangential = _after_lasting(v_t, friction * (1 + restitution) * np.abs(v_n), scenario)
     after = spin + (tangential - v_t) / (nes.radius_m * (1 + nes.inertia_factor))
     more = laws.added(after) if laws is not None else {}
     turned = more.get("spin_kept", 0.0) * after + more.get("spin_added", 0.0)
@@ -113,3 +119,15 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpa
     out["simulated_tangential_speed_after_m_per_s"] = tangential + nes.radius_m * turned
     out["simulated_spin_after_rad_per_s"] = after + turned
     return out.reset_index(drop=True)
+
+
+def _after_lasting(slip: Array, sliding: Array, scenario: Scenario) -> Array:
+    """Tangential speeds (n,) after contacts that last, of the spring that the tangential restitution stands for; of
+    ``slip`` (n,) before, where friction that slides throughout gives impulses per mass of ``sliding`` (n,)."""
+    law = scenario.impact
+    stiffness = stiffness_of(law.tangential_restitution, law.restitution)
+    share, known = 1 + 1 / scenario.nes.inertia_factor, np.isfinite(slip) & np.isfinite(sliding)
+    after = np.full(len(slip), np.nan)
+    spring = LastingContact(1.0, stiffness, law.restitution, np.nan)
+    after[known] = slip[known] + share * spring.impulse(-slip[known] / share, sliding[known])
+    return after

@@ -190,6 +190,12 @@ def in_words(rig: RigFit, law: dict[str, Interval]) -> list[str]:
             "friction"
         )
         return [*words, f"{unknown} is that of plain sliding, which is lower than the true one where the disk spins."]
+    lasting = rig.lasting_intervals
+    if lasting is not None and not lasting.written:
+        words.append(
+            "Contacts have a spring along the wall that is stiffer than any which a tangential restitution stands for "
+            "(contact_stiffness_ratio). The one given is that with which ovines simulate comes nearest."
+        )
     friction, beta = law["wall_friction"], law["tangential_restitution"]
     if not np.isfinite(friction.value):
         words.append(

@@ -24,14 +24,14 @@ from hypothesis import HealthCheck, settings
 
 from ovines.camera import Camera, write_calibration
 from ovines.tables import write_table
-from tests.processes import compile_alone, forked, fresh
+from tests.processes import alone, forked, fresh
 
 # Drawn inputs are the same ones in every run, so that CI does not fail by luck; `pytest --hypothesis-profile long`
 # draws others each time, and twenty times as many.
 settings.register_profile("ci", derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
 settings.register_profile("long", settings.get_profile("ci"), derandomize=False, max_examples=2000, print_blob=True)
 settings.load_profile("ci")
-compile_alone()
+alone()
 # As the commands do: series are many small objects without circles, and looking for these takes a tenth of the time.
 gc.set_threshold(20_000)
 
@@ -39,6 +39,11 @@ gc.set_threshold(20_000)
 def drawn(count: int) -> settings:
     """A decorator: ``count`` drawn inputs, twenty times as many in the profile `long`."""
     return settings(max_examples=count if settings().derandomize else 20 * count)
+
+
+def pytest_collection_finish():
+    """What is loaded by now stays: nobody looks through it for circles again."""
+    gc.freeze()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -23,7 +23,9 @@ LOADED = (
     "ovines.__main__",
     "ovines.commands.chain.run",
     "ovines.pipeline.functions",
+    "ovines.pipeline.series.recordings",
     "ovines.first_run",
+    "joblib",
     "vision.calibrate",
     "vision.track",
     "vision.triangulate",
@@ -96,14 +98,16 @@ def _run(command: list[str], cwd: str, environment: dict[str, str], said: list[P
     sys.argv = ["ovines", *command]
     if limit is not None:
         _limit(limit)
-    compile_alone()
+    alone()
     sys.exit(importlib.import_module("ovines.__main__").main())
 
 
-def compile_alone() -> None:
+def alone() -> None:
     """No second process compiles beside a run: it would be killed at the end of each, what it was at would be compiled
-    anew, and the other test process has the second processor.  Its own tests are in test_first_run.
+    anew, and the other test process has the second processor.  Its own tests are in test_first_run.  And nothing waits
+    for the disk: what tests write need not outlast a loss of power.
     """
+    os.fsync = lambda file: None
     importlib.import_module("ovines.first_run")._FirstRun._start = lambda first_run: None
 
 

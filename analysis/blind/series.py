@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Draft
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
 from analysis.blind.plant.dynamics import START_S, Motion, host_at, run_plant, state_at
 from analysis.blind.plant.host import host_rise
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.recording.clock import frame_times, latest_s, of_the_second_camera
+from analysis.blind.recording.clock import exposed_s, frame_times, latest_s, of_the_second_camera
 from analysis.blind.recording.drive import draw_drive
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.files import Series, calibration_of, recording_text
-from analysis.blind.recording.light import shadowed
+from analysis.blind.recording.light import bulged, shadowed
 from analysis.blind.recording.markers import (
     Marks,
     Poses,
@@ -172,6 +172,8 @@ def _times(motion: Motion, run: int, place: Place, errors: ViewErrors, rng: np.r
     )
     first = frame_times(frames, rate, errors, rng)
     second = of_the_second_camera(first, motion.lines, motion.impacts[:, 0], motion.kicks, run, rate, errors)
+    if errors.exposure_s != 0.0:
+        second = second + exposed_s(state_at(motion, first)[:, :2] - host_at(motion, first)[:, :2], errors)
     return [first, second]
 
 
@@ -184,7 +186,8 @@ def _points(
         card = carded(pose.nes, time_s, blows, errors)
         card = risen(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
-        out.append(shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors))
+        points = shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors)
+        out.append(bulged(points, pose.host, errors))
     return out
 
 

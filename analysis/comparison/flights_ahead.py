@@ -39,22 +39,25 @@ def flown_flights(
     host_motion: HostMotion,
     contacts_s: Sequence[tuple[float, float]] = (),
     to_the_end: bool = False,
+    in_wall_s: tuple[float, float] = (0.0, 0.0),
 ) -> Iterator[FlownFlight]:
     """Each flight simulated from the measured state after its impact up to the next one (with ``to_the_end`` also
     from the last impact to the end of the recording).
 
     The start place is the mean offset that fits the first three frames: an impact's place is known less well
     than its velocity, and an offset is no prediction; the angle likewise.  Flights with fewer than five frames seen
-    are left out.
+    are left out.  ``in_wall_s``: how long before and after the times of ``impacts`` the disk is in the wall, where
+    contacts last (:func:`analysis.comparison.simulated_rig.met`): no flight has those frames.
     """
     clock = motion["time_s"].to_numpy(float)
     place = motion[["nes_x_m", "nes_y_m"]].to_numpy(float)
     angle = motion["nes_angle_rad"].to_numpy(float) if "nes_angle_rad" in motion else np.full(len(motion), np.nan)
-    times = impacts["time_s"].to_numpy(float)
+    times, (early_s, late_s) = impacts["time_s"].to_numpy(float), in_wall_s
     met = np.maximum(impacts["normal_speed_before_m_per_s"].to_numpy(float), 0.0)
-    ends = np.append(times[1:], np.nextafter(clock[-1], np.inf)) if to_the_end else times[1:]
+    ends = times[1:] - early_s
+    ends = np.append(ends, np.nextafter(clock[-1], np.inf)) if to_the_end else ends
     for k, end_s in enumerate(ends):
-        inside = np.flatnonzero((clock > times[k]) & (clock < end_s) & np.isfinite(place).all(1))
+        inside = np.flatnonzero((clock > times[k] + late_s) & (clock < end_s) & np.isfinite(place).all(1))
         if len(inside) < 5 or not np.isfinite(states["after"][k]).all() or touches(contacts_s, times[k], end_s):
             continue
         velocity = states["after"][k]
@@ -76,6 +79,7 @@ def one_flight_ahead(
     scenario: Scenario,
     host_motion: HostMotion,
     contacts_s: Sequence[tuple[float, float]] = (),
+    in_wall_s: tuple[float, float] = (0.0, 0.0),
 ) -> pd.DataFrame:
     """Errors of `flown_flights` between two impacts: ``start_s, end_s, frames, rms_m, end_m`` (RMS over the frames
     and at the last one), ``angle_rms_rad`` (NaN where no angle was measured).
@@ -83,7 +87,7 @@ def one_flight_ahead(
     place = motion[["nes_x_m", "nes_y_m"]].to_numpy(float)
     angle = motion.get("nes_angle_rad", pd.Series(np.nan, motion.index)).to_numpy(float)
     rows = []
-    for one in flown_flights(motion, impacts, states, scenario, host_motion, contacts_s):
+    for one in flown_flights(motion, impacts, states, scenario, host_motion, contacts_s, in_wall_s=in_wall_s):
         error = np.linalg.norm(place[one.rows] - one.place_m, axis=1)
         turn = angle[one.rows] - one.angle_rad
         rms_rad = float(np.sqrt(np.nanmean(turn**2))) if np.isfinite(turn).any() else np.nan

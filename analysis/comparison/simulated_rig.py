@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.contact.effect_rows import told_effects
+from analysis.contact.wall_fit import contact_time_s
 from analysis.flights.stated_terms import drift_from_the_start, held_laws, stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
 from analysis.motion.host_fit import fit_host_motion
@@ -133,14 +134,14 @@ def _needed(name: str, identification: pd.DataFrame | None, recording: Recording
     return value
 
 
-def _value(name: str, identification: pd.DataFrame | None, recording: Recording) -> float | None:
+def _value(name: str, identification: pd.DataFrame | None, recording: Recording | None) -> float | None:
     if identification is not None:
         row = identification[identification["parameter"] == name]
         if len(row):
             for column in ("value", "low", "high"):
                 if np.isfinite(row.iloc[0][column]):
                     return _within(name, float(row.iloc[0][column]))
-    return getattr(recording.model, name, None) if recording.model is not None else None
+    return getattr(recording.model, name, None) if recording is not None and recording.model is not None else None
 
 
 def _within(name: str, value: float) -> float:
@@ -184,6 +185,21 @@ def lines_from(host_motion: HostMotion, start_s: float) -> tuple[Harmonic, ...]:
             phase = float(np.arctan2(cos, sin) + omega * (start_s - host_motion.zero_s))
             found.append(Harmonic(axis, float(np.hypot(cos, sin)), float(omega) / (2 * np.pi), phase))
     return tuple(found)
+
+
+def met(
+    impacts: pd.DataFrame, identification: pd.DataFrame | None, scenario: Scenario
+) -> tuple[pd.DataFrame, tuple[float, float]]:
+    """``impacts`` at the times at which the paths of their flights meet, where their speeds were told, and how long
+    before and after these the disk is in the wall (s): none, and the times of the table, of contacts of an instant.
+
+    Table ``impacts`` has the times of the first touch, and ``identification`` how long contacts last."""
+    duration_s = _value("contact_duration_s", identification, None)
+    restitution = scenario.impact.restitution
+    if not duration_s or not restitution > 0:
+        return impacts, (0.0, 0.0)
+    early_s = duration_s / contact_time_s(1.0, restitution)
+    return impacts.assign(time_s=impacts["time_s"] + early_s), (early_s, early_s / restitution)
 
 
 def states_after(impacts: pd.DataFrame, host_motion: HostMotion, nes_radius_m: float, wall: Wall) -> dict[str, Array]:

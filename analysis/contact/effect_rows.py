@@ -12,6 +12,8 @@ import pandas as pd
 from analysis.contact.restitution import DIRECTION, DRIFT, SPEED
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
 
+#: effect of a wall in which the disk is for a while
+CONTACT_TIME = "finite_contact_time"
 Sized = dict[str, tuple[float, float]]
 #: effect -> parameter -> (row, factor)
 ROWS: dict[str, dict[str, tuple[str, float]]] = {
@@ -31,7 +33,7 @@ ROWS: dict[str, dict[str, tuple[str, float]]] = {
         "relative_per_run": ("restitution_drift_per_run", 1.0),
     },
     "inertia_error": {"ratio": ("inertia_ratio", 1.0)},
-    "finite_contact_time": {"duration_s": ("contact_duration_s", 1.0)},
+    CONTACT_TIME: {"duration_s": ("contact_duration_s", 1.0)},
     "wall_centre_offset": {"x_m": ("wall_centre_x_m", 1.0), "y_m": ("wall_centre_y_m", 1.0)},
     "mass_centre_offset": {"x_m": ("disk_centre_x_m", -1.0), "y_m": ("disk_centre_y_m", -1.0)},
     "wall_lobes": {

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import QUANTITIES, Impacts
+from analysis.contact.tangential.lasting import LastingContact, fit_lasting
 from analysis.contact.tangential.search import Impulses, likeliest
 from analysis.statistics.outliers import belongs
 
@@ -304,6 +305,15 @@ def fit_law(data: LawData) -> Law:
     (restitution,), _, scatter, normal = fit_restitution(data)
     (friction,), beta, tangential_scatter, tangential = fit_tangential(data)
     return Law(float(restitution), scatter, float(friction), beta, normal, tangential, tangential_scatter)
+
+
+def lasting_law(data: LawData, law: Law) -> LastingContact | None:
+    """The tangential law of contacts that last, from the ``law`` of an instant (:func:`fit_law`); None where stick or
+    slide in an instant is likelier."""
+    if not law.wall_friction > 0.0:
+        return None
+    found = fit_lasting(impulses_of(data), law.restitution, law.wall_friction, law.tangential_scatter)
+    return found if found.misfit < law.tangential_misfit else None
 
 
 def tangential_sd(data: LawData, law: Law) -> tuple[float, float]:

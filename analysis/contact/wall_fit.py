@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import Impacts, Junctions, measure
+from analysis.flights.cutting import runs as cutting
+from analysis.flights.cutting.runs import Run
 from analysis.statistics.robust import at_least_noise, root_weights
 from analysis.walls.lobes import best_order
 from analysis.walls.wall import Wall
@@ -63,6 +65,19 @@ def contact_time_s(delay_s: float, restitution: float) -> float:
     """Duration of a contact from the ``delay_s`` by which flights meet past the wall: paths meet eps T/(1 + eps) v
     further out."""
     return delay_s * (1 + restitution) / max(restitution, LEAST_RESTITUTION)
+
+
+def outside_the_wall(runs: Sequence[Run], junctions: Junctions, delay_s: float, restitution: float) -> list[Run]:
+    """``runs`` without the frames in which the disk is in the wall; all their frames where ``delay_s`` is none.
+
+    Paths that meet the wall with v and leave it T later with eps v intersect ``delay_s`` = eps T / (1 + eps) after the
+    one and T / (1 + eps) before the other."""
+    early_s = max(delay_s, 0.0)
+    late_s = early_s / max(restitution, LEAST_RESTITUTION)
+    return [
+        cutting.outside_the_wall(run, junctions.time_s[junctions.run == number], early_s, late_s)
+        for number, run in enumerate(runs)
+    ]
 
 
 def usable(impacts: Impacts, size_m: float) -> NDArray[np.bool_]:

@@ -13,6 +13,8 @@ from scipy.special import ndtr
 SMALLEST_P = 1e-12
 #: what a structure goes with that is different in each run, in no order
 EACH_RUN = "each run by itself"
+#: what one begins with that bends the picture of a camera, in all frames alike
+IN_PICTURE = "the place in the picture of"
 
 
 def two_sided(z: float) -> float:

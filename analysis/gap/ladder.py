@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.middle import middle_of_disk, same_middle, with_middle
-from analysis.flights.cutting.runs import Run, without_frames
+from analysis.flights.cutting.runs import Run
 from analysis.flights.stated_terms import STATED_IN_FLIGHT, stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.drive.findings import DriveSteps
 from analysis.gap.drive.steps import beyond_stated_drive, drive_steps
 from analysis.gap.finding import Finding
+from analysis.gap.measurement.changed_pictures import changed_pictures
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.picture_grid import picture_grid
@@ -39,6 +40,7 @@ from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.selection.inertia import (
     NEGLIGIBLE,
     InertiaStep,
+    flights_contradict,
     inertia_step,
     stated_ratio,
     wall_between,
@@ -117,10 +119,11 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         *ground,
         *([tests.clock_change] if tests.clock_change is not None else []),
         *rigid,
+        *changed_pictures(series),
         *turning_picture(series),
         *picture_grid(series),
         *drive.structure,
-        *(inertia.structure() if inertia.found and "inertia_error" in withheld else []),
+        *(inertia.structure() if inertia.contradicted or (inertia.found and "inertia_error" in withheld) else []),
         *_withheld_measurement(tests, withheld),
         *(s for s in flights.structure if s.strength > felt),
         *impacts.structure,
@@ -267,6 +270,12 @@ def _flights_and_disk(
         told, ratio, middle_m = disk(flights.fitted)
         if abs(ratio - in_use) < NEGLIGIBLE and same_middle(middle_m, centre_m, series.contact_radius_m):
             break
+    if told.found and in_use != 1.0:
+        stated_runs = with_inertia(series, factor / series.runs[0].data.inertia_factor)
+        if flights_contradict(flights.named, stated_runs):
+            beside = withheld.union({"inertia_error"})
+            told, flights, series = _flights_and_disk(stated_runs, first, effects, beside, tests, rng)
+            return replace(told, found=False, contradicted=told.found), flights, series
     return told, flights, series
 
 
@@ -275,10 +284,9 @@ def _outside_the_wall(series: Series, impacts: ImpactSteps) -> Series | None:
     where there are none."""
     if impacts.fitted is None:
         return None
-    hidden = [impacts.fitted.in_the_wall(k, run.data.time_s) for k, run in enumerate(series.runs)]
-    if not any(one.any() for one in hidden):
-        return None
-    return replace(series, runs=tuple(without_frames(*both) for both in zip(series.runs, hidden, strict=True)))
+    runs = impacts.fitted.outside_the_wall(series.runs)
+    changed = any(one is not run for one, run in zip(runs, series.runs, strict=True))
+    return replace(series, runs=tuple(runs)) if changed else None
 
 
 def _clock_s(findings: Sequence[Finding]) -> float:

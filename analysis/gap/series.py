@@ -16,6 +16,7 @@ from analysis.flights.cutting.runs import Run, prepare
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from analysis.motion.rig_frame import RigFrame, rig_frame
 from ovines.camera import Camera
+from ovines.camera.bends import PictureChange
 from ovines.core.laws.terms import WrittenLaw, rows_of
 from ovines.recording import Recording
 
@@ -31,7 +32,7 @@ class Series:
     ``tracks`` and ``points`` are None where the series enters later; ``cameras`` (which see the rig's frame, too) None
     without a calibration;
     ``layouts`` the markers' real places, ``triangulate`` how points are made of tracks again; ``laws``: written ones
-    that the nominal model holds, in the world.
+    that the nominal model holds, in the world; ``picture_changes`` since the calibration that the cameras' fields have.
     """
 
     recordings: tuple[Recording, ...]
@@ -44,6 +45,7 @@ class Series:
     layouts: dict[str, Array] | None = None
     triangulate: Triangulate | None = None
     laws: tuple[WrittenLaw, ...] = ()
+    picture_changes: tuple[PictureChange, ...] = ()
 
     @property
     def names(self) -> list[str]:

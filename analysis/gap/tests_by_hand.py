@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.gap.cause import EACH_RUN
+from analysis.gap.cause import EACH_RUN, IN_PICTURE
 
 NEXT_TEST: dict[str, str] = {
     "floor_friction": "Flick the disk over the Host's floor at rest and let it stop twice, once spinning: the "
@@ -72,6 +72,12 @@ def unknown_test(stage: str, goes_with: str) -> str:
             f"The structure lies in the {stage}, and each run has its own, in no order. Note what is done between runs "
             "(wiping, touching, taking apart, warming up). Record one setting twice with nothing done in between, then "
             "twice with one of these: what makes the difference is its cause."
+        )
+    if goes_with.startswith(IN_PICTURE):
+        return (
+            f"The structure goes with {goes_with}. Film the boards once more, with the camera as it is, and diagnose "
+            "with that calibration: nothing of it is left then. Until that is done, its law corrects these recordings "
+            "(`ovines diagnose --law`)."
         )
     return (
         f"The structure lies in the {stage} and goes with {goes_with}. Change that alone in two recordings (twice as "

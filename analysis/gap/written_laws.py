@@ -13,6 +13,7 @@ from analysis.gap.cause import Structure
 from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contacts_of
 from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import given, without_frame_laws
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.laws.frames.rows import known_frames
@@ -276,14 +277,14 @@ def _measurement_laws(
     """Laws of cameras, markers and clocks where something is left in the measurement or beside the drive, and the
     ladder of the series without what they say, in which what is left of the measurement stays told."""
     told = [one for one in ladder.structure if one.stage == "measurement"]
-    laws, series, best = tuple[LawFound, ...](), ladder.measured, ladder
+    laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
     if told:
         found, corrected = find_frame_laws(series, rng)
         if found:
             again = run_ladder(corrected, rng, withheld)
             misfit = _misfit(again) / WORSE
             if misfit <= _misfit(ladder) or misfit <= _interpolated_misfit(ladder, found):
-                laws, series, best = found, corrected, again
+                laws, series, best = (*laws, *found), corrected, again
         # The disk alone in one view: the two say how they miss each other, flights which of them is off.
         seen = [(law, run_ladder(without, rng, withheld)) for law, without in find_disk_picture_laws(series, rng)]
         law, again = min(seen, key=lambda one: _misfit(one[1]), default=(None, ladder))

@@ -10,11 +10,13 @@ scatter found).  A sequence that does not fit is not reported.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.restitution import SpeedLaw, speed_law
+from analysis.flights.cutting.runs import with_frames_in_wall
 from analysis.flights.fit import FlightFits
 from analysis.flights.single_flight import start_state
 from analysis.identification.bounce_fit import SequenceFit
@@ -39,22 +41,26 @@ def find_sequences(rig: RigFit, resolved: NDArray[np.bool_]) -> list[BounceSeque
     if rig.law is None or not rig.angle or not np.isfinite(rig.law.wall_friction):
         return []
     restitution = speed_law(rig.data, rig.law)
+    # A sequence explains the frames in which the disk is in the wall, too.
+    every = [
+        replace(fits, run=with_frames_in_wall(run, fits.run)) if run.in_wall_m is not None else fits
+        for run, fits in zip(rig.runs, rig.floor.fits, strict=True)
+    ]
     followed = in_threads(
         _follow,
         [
             (rig, fits, number, restitution, *window)
-            for number, fits in enumerate(rig.floor.fits)
-            for window in _windows(rig, number, resolved)
+            for number, fits in enumerate(every)
+            for window in _windows(rig, fits, number, resolved)
         ],
     )
     return [sequence for sequence in followed if sequence is not None]
 
 
 def _windows(
-    rig: RigFit, number: int, resolved: NDArray[np.bool_]
+    rig: RigFit, fits: FlightFits, number: int, resolved: NDArray[np.bool_]
 ) -> Iterator[tuple[int | None, int, int, int | None]]:
     """(flight to start from, first frame, last frame, next good flight) of every stretch that needs a sequence."""
-    fits = rig.floor.fits[number]
     data, flights = fits.run, fits.flights
     ratio = fits.misfit / np.maximum(fits.freedom, 1)
     seen = np.isfinite(data.xy_m[:, 0])

@@ -15,23 +15,29 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact.effect_rows import CONTACT_TIME
 from analysis.contact.held_laws import without_laws
 from analysis.contact.inertia import SpinBalance, fit_inertia, spin_balance
 from analysis.contact.law import (
     Law,
     LawData,
+    fit_law,
+    fit_restitution,
     follows,
+    lasting_law,
     law_data,
 )
 from analysis.contact.middle import middle_of_disk, same_middle, with_middle
 from analysis.contact.restitution import EffectsFit, Sizes, conditions
-from analysis.contact.wall_fit import WallFit
+from analysis.contact.tangential.lasting import LastingContact
+from analysis.contact.wall_fit import WallFit, outside_the_wall
 from analysis.contact.wall_force import WallForce, wall_force
 from analysis.flights.cutting.kinks import SMOOTH_M_PER_S2
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.cutting.runs import Run, cut_again
 from analysis.flights.evidence import columns_of
 from analysis.identification.contact_law.fit import ELLIPSE_WORDS, fit_contact_law, wall_and_words
+from analysis.identification.contact_law.lasting_intervals import LastingIntervals, lasting_intervals
 from analysis.identification.contact_law.restitution_rows import restitution_fit, without_effects
 from analysis.identification.floor.fit import FirstLook, FloorFit
 from analysis.identification.floor.law import SURE_FORCE, choose_floor, looked_at
@@ -49,6 +55,8 @@ SPURIOUS_WORDS = (
 # Spin and impulse may differ by this share, and by five sd, before radius or inertia are doubted.
 BALANCE_SHARE = 2e-3
 BALANCE_SD = 5.0
+# The tangential law of contacts that last has a friction, a stiffness and a scatter: one impact more tells it.
+FEWEST_FOR_LASTING = 4
 # An inertia factor is positive, whatever the impacts ask for.
 LEAST_INERTIA = 0.01
 # Lengths may be off by this many times the imbalance that nothing explains: it goes with (k - 1) / (1 + 1/q), q = 0.5.
@@ -100,6 +108,23 @@ class RigFit:
         return replace(data, time_s=data.time_s - starts[data.run])
 
     @property
+    def contacts_last(self) -> bool:
+        """Whether ``[model]`` names contacts that last, and the impacts show them."""
+        return CONTACT_TIME in self.named and self.wall.delay_s > 0
+
+    @cached_property
+    def lasting(self) -> LastingContact | None:
+        """The tangential law of contacts that last, where it is likelier than ``law``, which is that of an instant."""
+        if not self.contacts_last or not self.angle or len(self.data) < FEWEST_FOR_LASTING:
+            return None
+        return lasting_law(self.data, fit_law(self.data))
+
+    @cached_property
+    def lasting_intervals(self) -> LastingIntervals | None:
+        """What the impacts leave open of the law of contacts that last; None where there is none."""
+        return None if self.lasting is None else lasting_intervals(self.data, self.lasting)
+
+    @property
     def plain_data(self) -> LawData:
         """The impacts as they would be without the effects on the restitution."""
         if self.restitution is None:
@@ -135,10 +160,11 @@ def fit_rig(
     rig = replace(_fit(runs, named, held, search, look), held=held_sizes or {})
     origin_m, middle_m = rig.floor.fits[0].shared[:2], middle_of_disk(rig.wall)
     again = cut_again(runs, origin_m) if angle and _swings(runs, origin_m) else list(runs)
+    again = _outside_the_wall(again, rig.wall)
     if not all(map(_same_flights, again, runs)) or not same_middle(
         middle_m, runs[0].data.middle_m, rig.wall.wall.size_m
     ):
-        # The first look saw one of the centres elsewhere than the fit does.
+        # The first look saw one of the centres, or how long contacts last, elsewhere than the fit does.
         runs = with_middle(again, middle_m)
         rig = replace(_fit(runs, named, held, search), held=rig.held)
     if "inertia_error" in named and "inertia_error" not in rig.held:
@@ -151,23 +177,33 @@ def fit_rig(
 def _with_centres(
     runs: Sequence[Run], named: Sequence[str], angle: bool, held: Mapping[str, float]
 ) -> tuple[Sequence[Run], FirstLook]:
-    """``runs`` cut on the path of the mass centre, their friction at the disk's geometric centre, both as a first look
-    at the flights shows them; and the look at these runs.
+    """``runs`` cut on the path of the mass centre, their friction at the disk's geometric centre, without the frames
+    in which the disk is in the wall, all as a first look at the flights shows them; and the look at these runs.
 
     A floor fitted to flights about the wrong centre knows them no better: it finds forces that are not there."""
     look = looked_at(runs, named, angle, held)
-    if not angle:
-        return runs, look
-    if _swings(runs, look.origin_m):
+    if angle and _swings(runs, look.origin_m):
         before, runs = runs, cut_again(runs, look.origin_m)
         if not all(map(_same_flights, runs, before)):
             look = looked_at(runs, named, angle, held)
-    middle_m = middle_of_disk(wall_and_words(look.fits, named, angle)[0])
+    wall = wall_and_words(look.fits, named, angle)[0]
+    middle_m = middle_of_disk(wall) if angle else (0.0, 0.0)
+    before, runs = runs, _outside_the_wall(runs, wall)
     if any(middle_m):
         # The floor's friction acts there: it turns the disk, which flights about the centre of mass alone lack.
         runs = with_middle(runs, middle_m)
+    if any(middle_m) or not all(map(_same_flights, runs, before)):
         look = looked_at(runs, named, angle, held)
     return runs, look
+
+
+def _outside_the_wall(runs: Sequence[Run], wall: WallFit) -> list[Run]:
+    """``runs`` without the frames in which the disk is in the ``wall``, where contacts last."""
+    if not wall.used.any():
+        return list(runs)
+    first = runs[0].data
+    data = law_data(wall.impacts, wall.used, first.radius_m, first.inertia_factor)
+    return outside_the_wall(runs, wall.impacts.junctions, wall.delay_s, float(fit_restitution(data)[0][0]))
 
 
 def _balanced(rig: RigFit, runs: Sequence[Run], named: Sequence[str], held: Mapping[str, float]) -> RigFit:
@@ -233,7 +269,8 @@ def _swings(runs: Sequence[Run], origin_m: NDArray[np.float64]) -> bool:
 
 def _same_flights(one: Run, other: Run) -> bool:
     """Whether two cuts of a run leave the same flights of the same frames."""
-    return one.data is other.data and [*map(astuple, one.flights)] == [*map(astuple, other.flights)]
+    same = one.data is other.data or np.array_equal(one.data.xy_m, other.data.xy_m, equal_nan=True)
+    return same and [*map(astuple, one.flights)] == [*map(astuple, other.flights)]
 
 
 def _misfit(rig: RigFit) -> float:

@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import QUANTITIES
+from analysis.flights.cutting.runs import with_frames_in_wall
 from analysis.identification.bounce_sequences import BounceSequence, Merged
 from analysis.identification.contact_law.interval import Interval
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
@@ -199,7 +200,8 @@ def flights_table(rig: RigFit, run: int, merged: Merged) -> pd.DataFrame:
     bridges) and "unresolved" (seen, but no flight could be fitted).  All but the first two are time excluded from the
     fit of the floor.
     """
-    data, fits, segments = rig.runs[run].data, rig.floor.fits[run], rig.runs[run].segments
+    fits, segments = rig.floor.fits[run], rig.runs[run].segments
+    data = with_frames_in_wall(rig.runs[run], rig.runs[run].data)
     if len(data.time_s) == 0:
         return pd.DataFrame({"flight": [], "start_s": [], "end_s": [], "kind": []})
     spans = [

@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import floor, isfinite, log10
 
 MISSING = "–"
+# An interval of smaller numbers is written with their power of ten.
+SMALLEST_PLAIN = 1e-4
 
 
 def value_with_sd(value: float | None, sd: float | None, unit: str = "") -> str:
@@ -69,6 +71,11 @@ def interval(low: float | None, high: float | None, unit: str = "") -> str:
     low_known, high_known = low is not None and isfinite(low), high is not None and isfinite(high)
     if low_known and high_known:
         width = abs(high - low) / 2  # type: ignore[operator]
+        largest = max(abs(low), abs(high))  # type: ignore[arg-type]
+        if 0 < largest < SMALLEST_PLAIN:
+            exponent = floor(log10(largest))
+            scaled = interval(low / 10.0**exponent, high / 10.0**exponent)  # type: ignore[operator]
+            return f"({scaled}) × 10{_superscript(exponent)}{_space(unit)}"
         digits = _rounded_sd(width)[1] if width > 0 else 3
         return f"{_signed(low, digits)} to {_signed(high, digits)}{_space(unit)}"  # type: ignore[arg-type]
     if low_known:

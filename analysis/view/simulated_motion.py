@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.comparison.flights_ahead import flown_flights
-from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario, states_after
+from analysis.comparison.simulated_rig import host_motion_of, met, nominal_scenario, states_after
 from analysis.report.results import Results
 from analysis.walls.drawn import identified_wall
 from ovines.errors import InputError
@@ -33,13 +33,15 @@ def simulated_motion(
     host_motion = host_motion_of(motion, recording)
     scenario = nominal_scenario(identification, recording, host_motion, float(np.ptp(clock)))
     wall = identified_wall(identification, recording)
+    impacts, in_wall_s = met(impacts, identification, scenario)
     states = states_after(impacts, host_motion, scenario.nes.radius_m, wall)
     host = host_motion.at(clock)
     table = pd.DataFrame({"frame": motion["frame"].to_numpy(), "time_s": clock})
     table[["nes_x_m", "nes_y_m", "nes_z_m", "nes_angle_rad"]] = np.nan
     table[["host_x_m", "host_y_m", "host_z_m", "host_angle_rad"]] = host
     nes = np.full((len(table), 4), np.nan)
-    for one in flown_flights(motion, impacts, states, scenario, host_motion, contacts_s, to_the_end=True):
+    flown = flown_flights(motion, impacts, states, scenario, host_motion, contacts_s, True, in_wall_s)
+    for one in flown:
         nes[one.rows] = np.column_stack([one.place_m, np.zeros(len(one.rows)), one.angle_rad])
     table[["nes_x_m", "nes_y_m", "nes_z_m", "nes_angle_rad"]] = nes
     return table

@@ -94,6 +94,8 @@ def law_page() -> str:
         "fading": "fading time (s) in `y`",
         "swinging": "rate (rad/s) in `x`, fading time (s) in `y`",
         "camera": "number of the camera, from 0",
+        "camera_axis": "number of the camera, from 0; direction in its picture, from u to v (rad)",
+        "camera_angle": "number of the camera, from 0; direction in its picture, from u to v (rad)",
     }
     own |= {"marker": "number of the marker on its body, from 0; angle (rad)"}
     own |= {"body_marker": "number of the marker on its body, from 0; angle from the disk's own axis (rad)"}

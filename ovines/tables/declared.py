@@ -742,9 +742,13 @@ TABLES: dict[str, Table] = {
             "lens_terms",
             "number that tells what a lens field is worth",
             (
-                text("term", "its name; _before: before the recordings, from the field's size and smoothness alone"),
+                text(
+                    "term",
+                    "its name; _before: before the recordings, from the field's size and smoothness alone; with a "
+                    "camera's name behind a colon: how its picture has changed since the calibration",
+                ),
                 number("value", "what it is: of an open term, how much of it the field holds"),
-                maybe("sd", "standard deviation of an open term, which no recording of rigid bodies narrows directly"),
+                maybe("sd", "standard deviation of an open term, which no recording narrows directly, or of a change"),
             ),
             key=("term",),
         ),

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+from numba.core import errors
 
 from analysis.blind.plant.dynamics import _run
 from ovines.core.compiled import STAMP, compiled, source_stamp, stamp_above
@@ -23,6 +24,11 @@ def test_the_stamp_changes_with_any_compiled_file(tmp_path):
     assert source_stamp(tmp_path) == before  # nothing compiled in it
     (tmp_path / "integration" / "dop853.py").write_text("y = 2\n")
     assert source_stamp(tmp_path) != before  # in a room too
+
+
+def test_no_message_of_numbas_is_coloured_while_it_compiles():
+    """numba asks once, while it is loaded: whatever of ours loads it has told it by then."""
+    assert errors.termcolor().errmsg("words") == "words"
 
 
 def test_a_package_above_has_a_stamp_of_its_own_compiled_files(tmp_path):

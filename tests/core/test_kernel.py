@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numba import njit
+from numba import config, njit
+from numba.core.codegen import CPUCodegen as Codegen
 
 from ovines.core.kernel import KernelFlags
 
@@ -97,6 +98,22 @@ def test_a_helpers_exception_comes_out(kernels):
     _, _, outer = kernels()
     with pytest.raises(ValueError, match="too many"):
         outer(np.zeros(200))
+
+
+def test_levels_of_optimisation_are_the_kernels_own_and_never_above_what_is_asked_for(kernels, monkeypatch):
+    """numba's is what it was, for whatever else is compiled; NUMBA_OPT=0 is for who looks for a mistake."""
+    before, seen, builder = config.OPT, [], Codegen._pass_builder
+
+    def noted(codegen, **given):
+        seen.append(given.get("opt", config.OPT))
+        return builder(codegen, **given)
+
+    monkeypatch.setattr(Codegen, "_pass_builder", noted)
+    assert kernels()[2](X) == 9.0
+    assert {int(level) for level in seen} == {0, 1, 2} and config.OPT is before
+    monkeypatch.setattr(config, "OPT", type(before)(0))
+    seen.clear()
+    assert kernels()[0](np.arange(5)) == 3.0 and {int(level) for level in seen} == {0}
 
 
 def test_numbas_own_functions_call_kernels_and_share_its_library(kernels):

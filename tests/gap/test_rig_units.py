@@ -49,3 +49,13 @@ def test_what_runs_held_out_speak_against_becomes_less_likely():
     after = against(probability, -4.0)
     assert after / (1 - after) == pytest.approx(probability / (1 - probability) * np.exp(-2.0))
     assert against(probability, -10.0) == pytest.approx(against(probability, -1000.0))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.045, 0.5, 3.0, 1e4])
+@pytest.mark.parametrize("sd", [1e-3, 0.2])
+def test_every_size_has_a_probability(share, sd):
+    """A radius 4.5 % of what is negligible, known forty times better than that, had none (NaN): no size that is
+    expected beforehand came near it."""
+    probability = probability_of(share, sd * max(share, 1e-3), 1.0)
+    assert 0.0 <= probability <= 1.0
+    assert (probability > 0.99) == (share > 1.0)

@@ -2,17 +2,22 @@
 constraint.
 
 All in the rig's frame: origin at the Host's mean place, x along the drive.  Everything compiled stands in this one
-file, because numba's cache looks only at the file of the function that it compiled.
+file, whose hash says whether what is kept on disk is still of it.  How it is compiled is its only loan from the core
+(:mod:`ovines.core.compiled`): helpers go into the one function that Python calls, each once.
 """
 
 from __future__ import annotations
 
+import hashlib
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.special import ellipe, ellipk
+
+from ovines.core.compiled import STAMP as CORES
+from ovines.core.compiled import compiler
 
 GRAVITY_M_PER_S2 = 9.81
 # Longest hop, in steps, that is no longer followed: the disk then stays at the wall until the wall lets go.
@@ -99,9 +104,10 @@ def sliding_table(count: int = 4001) -> np.ndarray:
 
 
 LINE_COLUMNS = 8
+STAMP = hashlib.sha256(CORES.encode() + Path(__file__).read_bytes()).hexdigest()
 # What makes no array counts no references on those that it is given.
-compiled = njit(cache=True, _nrt=False)
-making_arrays = njit(cache=True)
+compiled = compiler(STAMP, counting=False)
+making_arrays = compiler(STAMP)
 
 
 @compiled

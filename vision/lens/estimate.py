@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, eigh
 
 from ovines.camera import Camera
+from ovines.camera.bends import PERIODS_RAD, PictureChange
 from ovines.recording import Recording
 from ovines.workers.threads import in_threads
+from vision.lens.changes import Block, Changed, find_changes
 from vision.lens.lattice import Lattice, lattice_over
-from vision.lens.open_terms import OPEN_TERMS, open_terms
+from vision.lens.open_terms import MOST_PLACES, OPEN_TERMS, open_terms
 from vision.lens.prior import FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_prior
 from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, markers_of, sightings_of
 from vision.lens.stretch import NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
@@ -38,12 +40,14 @@ _NODES_PER_SITE = 2  # of the table, so that a cubic spline through its values i
 @dataclass(frozen=True, eq=False)
 class LensEstimate:
     """Tables ``lens_field`` (None where no field is used) and ``lens_terms``; ``note`` says what was found; ``loose``:
-    markers that move on their bodies, of which nothing was learnt."""
+    markers that move on their bodies, of which nothing was learnt; ``changes`` of the cameras' pictures since their
+    calibration that have a form, and are in the field."""
 
     field: pd.DataFrame | None
     terms: pd.DataFrame
     note: str
     loose: tuple[str, ...] = ()
+    changes: tuple[PictureChange, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +169,9 @@ def _estimate(
     calibration = calibration_part(lattices, pair, covariance, height_m)
     whole = (blocks[0][0] + blocks[1][0], blocks[0][1] + blocks[1][1])
     posterior = _posterior(whole, lattices, calibration)
+    changed = _changes(runs, pair, lattices, halves, noise, whole, calibration, posterior)
+    if changed.changes:
+        posterior = _posterior(whole, lattices, calibration + changed.prior)
     sureness, gain = _held_out(blocks, posterior.expected)
     used = sureness > SURE_SD and gain > 0
     quality = {
@@ -174,7 +181,7 @@ def _estimate(
         "held_out_squares": (gain, np.nan),
         "noise_over_sd": (float(np.sqrt(noise)), np.nan),
     }
-    terms = _terms_table(quality, posterior, open_terms(lattices, pair, runs))
+    terms = _terms_table(quality, posterior, open_terms(lattices, pair, runs), changed.changes if used else ())
     words = (
         f"lens field of {posterior.amplitude_px:.2g} px over {posterior.length_px:.0f} px"
         if used
@@ -183,8 +190,42 @@ def _estimate(
     note = f"{words}: it predicts the other halves of the runs by {sureness:.1f} sd ({frames} frames)"
     if not used:
         return _Learnt(LensEstimate(None, terms, note))
-    worst = most_stretched(runs, lattices, posterior.mean, calibration)
-    return _Learnt(LensEstimate(field_table(posterior, lattices, pair), terms, note), worst, posterior)
+    for one in changed.changes:
+        note += f"; since its calibration the picture of {one.camera} has changed by {one.size_px:.2g} px ({one.words})"
+    # No marker that moves on its body makes a field of such a form: only what is left beside it is held against one.
+    formed = changed.prior @ np.linalg.solve(posterior.expected, posterior.mean)
+    worst = most_stretched(runs, lattices, posterior.mean - formed, calibration)
+    found = LensEstimate(field_table(posterior, lattices, pair), terms, note, (), changed.changes)
+    return _Learnt(found, worst, posterior)
+
+
+def _changes(
+    runs: Sequence[Sightings],
+    pair: Sequence[Camera],
+    lattices: Sequence[Lattice],
+    halves: Sequence[Sequence[NormalEquations]],
+    noise: float,
+    whole: Block,
+    calibration: Array,
+    posterior: Posterior,
+) -> Changed:
+    """Changes of the pictures that have a form, beside a smooth field of the likeliest length."""
+    smooth = smooth_prior(lattices, posterior.length_px)
+
+    once = rooted(*whole, smooth) if not calibration.any() else None
+
+    def solve(data: Block, amplitude_px: float) -> Solved:
+        if calibration.any():
+            return rooted(*data, amplitude_px**2 * smooth + calibration).solved()
+        return (once if once is not None and data is whole else rooted(*data, smooth)).solved(amplitude_px)
+
+    def by_run() -> list[Block]:
+        return [_fields_only(first + second, noise) for first, second in zip(*halves, strict=True)]
+
+    pixels = np.concatenate([one.uv_px[:, one.body >= 0].reshape(-1, 2, 2) for one in runs])
+    pixels = pixels[np.isfinite(pixels).all((-1, -2))]
+    pixels = pixels[:: max(1, len(pixels) // MOST_PLACES)]
+    return find_changes(whole, by_run, solve, posterior.amplitude_px, lattices, pair, [pixels[:, 0], pixels[:, 1]])
 
 
 def _nothing(frames: int, why: str) -> LensEstimate:
@@ -299,9 +340,11 @@ def field_table(posterior: Posterior, lattices: Sequence[Lattice], cameras: Sequ
     return pd.concat(tables, ignore_index=True)
 
 
-def _terms_table(quality: dict[str, tuple[float, float]], posterior: Posterior, by_field: Array) -> pd.DataFrame:
-    """Table ``lens_terms``: ``quality`` (value, sd), the prior found, and the open terms, ``by_field`` along the
-    field's coefficients, with and without the recordings."""
+def _terms_table(
+    quality: dict[str, tuple[float, float]], posterior: Posterior, by_field: Array, changes: Sequence[PictureChange]
+) -> pd.DataFrame:
+    """Table ``lens_terms``: ``quality`` (value, sd), the prior found, the open terms, ``by_field`` along the
+    field's coefficients, with and without the recordings, and the ``changes`` that are in the field."""
     rows = [
         *((term, *told) for term, told in quality.items()),
         ("amplitude_px", posterior.amplitude_px, np.nan),
@@ -310,4 +353,8 @@ def _terms_table(quality: dict[str, tuple[float, float]], posterior: Posterior, 
     for term, along in zip(OPEN_TERMS, by_field, strict=True):
         rows.append((term, float(along @ posterior.mean), float(np.sqrt(along @ posterior.covariance @ along))))
         rows.append((f"{term}_before", 0.0, float(np.sqrt(along @ posterior.expected @ along))))
+    for one in changes:
+        rows.append((f"{one.target}:{one.camera}", one.value, one.sd))
+        if one.target in PERIODS_RAD:
+            rows.append((f"{one.target}_direction_rad:{one.camera}", one.direction_rad, one.direction_sd_rad))
     return pd.DataFrame(rows, columns=["term", "value", "sd"])

@@ -27,7 +27,7 @@ OPEN_TERMS = (
     "window_u_px",
     "window_v_px",
 )
-_MOST_PLACES = 3000
+MOST_PLACES = 3000
 
 
 def open_terms(lattices: Sequence[Lattice], cameras: Sequence[Camera], runs: Sequence[Sightings]) -> Array:
@@ -38,7 +38,7 @@ def open_terms(lattices: Sequence[Lattice], cameras: Sequence[Camera], runs: Seq
     pixels = np.concatenate([one.uv_px[:, one.body >= 0].reshape(-1, 2, 2) for one in runs])
     points = np.concatenate([one.points_m[:, one.body >= 0].reshape(-1, 3) for one in runs])
     seen = np.flatnonzero(np.isfinite(pixels).all((-1, -2)))
-    seen = seen[:: max(1, len(seen) // _MOST_PLACES)]
+    seen = seen[:: max(1, len(seen) // MOST_PLACES)]
     pixels, points = pixels[seen], points[seen]
     moves = term_pixels(points, cameras)
     rows = moves.reshape(-1, len(OPEN_TERMS))

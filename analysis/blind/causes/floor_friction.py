@@ -1,9 +1,8 @@
-"""Unlisted causes in the floor's friction and load."""
+"""Unlisted causes in the floor's friction and load, by the place on it, the speed and the direction of sliding."""
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread, vector
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread, vector
 
 
 def _patch(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -33,14 +32,6 @@ def _polished_lane(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
-def _cleaned_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """Once, somewhere in the middle of the series: as much less than on the mean before as more from then on."""
-    most = 0.17 * size * spread(rng)
-    first = max(round(runs * float(rng.uniform(0.35, 0.65))), 1)
-    draft.run_numbers.update(cleaned=most * np.where(np.arange(runs) < first, -1.0, 1.0))
-    return {"cleaned": most, "from_run": float(first + 1)}
-
-
 def _wandering_bead(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A bead that is put back between the runs, and goes round in each of them alike."""
     out = {
@@ -58,59 +49,9 @@ def _chattering_slide(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
-def _gritty_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    draft.plant["grit"] = 0.35 * size * spread(rng)
-    draft.run_numbers["grit_draw"] = rng.random(runs)
-    return {"grit": draft.plant["grit"]}
-
-
-def _smeared_drop(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """A drop of oil between the Host's middle and its wall."""
-    x, y = vector(0.016, rng)
-    out = {"drop": 0.65 * size * spread(rng), "drop_x_m": x, "drop_y_m": y}
-    draft.plant.update(out)
-    return out
-
-
 def _scratched_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Scratched along the drive, more or less: it rubs most across that."""
     out = {"scratched": 0.3 * size * spread(rng), "scratched_rad": 0.5 * np.pi + float(rng.uniform(-0.4, 0.4))}
-    draft.plant.update(out)
-    return out
-
-
-def _lifted_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """It settles within a flight or two."""
-    out = {"lifted": 0.6 * size * spread(rng), "lifted_s": float(rng.uniform(0.03, 0.05))}
-    draft.plant.update(out)
-    return out
-
-
-def _swinging_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """A floor plate on one screw, to either side of the drive's axis: what hangs on a screw on it does not swing."""
-    out = {
-        "swing_rad_per_m": 10.0 * size * spread(rng),
-        "swing_x_m": float(rng.uniform(-0.01, 0.01)),
-        "swing_y_m": float(rng.uniform(0.035, 0.045)) * sign(rng),
-    }
-    draft.plant.update(out)
-    return out
-
-
-def _drumming_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """So slow that a flight has several of its swings, each in several frames."""
-    out = {"drum": 0.65 * size * spread(rng), "drum_rad_per_s": 2.0 * np.pi * float(rng.uniform(30.0, 70.0))}
-    draft.plant.update(out)
-    return out
-
-
-def _pulsing_air(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """A slow compressor, whose pulses also start the recordings."""
-    out = {
-        "pulsing": 0.27 * size * spread(rng),
-        "pulsing_rad_per_s": float(rng.uniform(20.0, 60.0)),
-        "pulsing_rad": float(rng.uniform(0.0, 2.0 * np.pi)),
-    }
     draft.plant.update(out)
     return out
 
@@ -268,84 +209,4 @@ FLOOR_FRICTION = [
         _scratched_floor,
         follows="the slip's direction in the Host, twice around",
     ),
-    # --- by what went before ---
-    Cause("unknown_warming_floor", "flight", changes({"warming": 0.45})),
-    # Each blow shakes off one grain of grit and picks up another.
-    Cause("unknown_gritty_floor", "flight", _gritty_floor),
-    # A drop of oil on the floor: a disk that has been there carries some of it along.
-    Cause(
-        "unknown_smeared_drop",
-        "flight",
-        _smeared_drop,
-        follows="the way slid since the disk was last at one place of the Host's floor",
-    ),
-    # A blow beside the height of the mass centre lifts the disk.
-    Cause(
-        "unknown_lifted_disk",
-        "flight",
-        _lifted_disk,
-        follows="the time since the last blow",
-        rivals=("nes_rocking", "unknown_hop"),
-    ),
-    # A painted floor in dry air: the disk is charged as it slides, clings to it, and loses the charge again.
-    Cause(
-        "unknown_clinging_disk",
-        "flight",
-        changes({"clinging": 0.6}),
-        follows="how fast the disk has slid over the last tenth of a second",
-    ),
-    # Contacts that grow stronger as they rest, and are made anew as the disk slides.
-    Cause(
-        "unknown_aged_contacts",
-        "flight",
-        changes({"aged": 1.0}),
-        follows="how slowly the disk has slid over the last twenty millimetres",
-    ),
-    # A floor plate that each blow makes drum.
-    Cause(
-        "unknown_drumming_floor",
-        "flight",
-        _drumming_floor,
-        follows="the time since the last blow, to and fro",
-        rivals=("nes_rocking",),
-    ),
-    # A compressor that pulsates below an air table.
-    Cause(
-        "unknown_pulsing_air",
-        "flight",
-        _pulsing_air,
-        follows="the time in the run, to and fro at a frequency that is not the drive's",
-    ),
-    # Dust that each blow knocks off the wall, and that the disk leaves behind.
-    Cause(
-        "unknown_knocked_dust",
-        "flight",
-        changes({"debris_s_per_m": 0.45}),
-        follows="the way slid since the last blow, and its approach speed",
-        short_blows=True,
-    ),
-    # A floor that is cleaned once, between two runs.
-    Cause(
-        "unknown_cleaned_floor",
-        "flight",
-        _cleaned_floor,
-        follows="the number of the run, from one on",
-        rivals=("friction_drift",),
-    ),
-    # --- by the Host's motion ---
-    # A floor plate whose screws are loose follows the ring only in part.
-    Cause("unknown_loose_floor", "flight", changes({"loose_floor": 0.6})),
-    # A floor plate on one screw in its middle, which creeps round under the drive.
-    Cause("unknown_turning_floor", "flight", changes({"floor_turn_rad_per_s": 7.0}, signed=True)),
-    # A floor plate on one screw at its edge, about which the drive makes it swing.
-    Cause(
-        "unknown_swinging_floor",
-        "flight",
-        _swinging_floor,
-        follows="the Host's velocity along the drive's axis, times the place from one point of the Host",
-    ),
-    # The shaker's table pitches as it is accelerated: one side of the floor presses, the other gives way.
-    Cause("unknown_pitching_floor", "flight", changes({"pitching": 0.6}, signed=True)),
-    # A guide with worn bearings, whose rumble shakes the load off the floor.
-    Cause("unknown_rumbling_guide", "flight", changes({"rumble": 0.4}), follows="the square of the Host's speed"),
 ]

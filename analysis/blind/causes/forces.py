@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread, vector
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread, vector
 
 
 def _sway(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -107,6 +106,13 @@ FORCES = [
         _kinked_sheet,
         follows="on which side of a line of the Host's floor the disk is",
     ),
+    # A floor of sheet that came off a roll.
+    Cause(
+        "unknown_bowed_sheet",
+        "flight",
+        changes({"bowed_per_s2": 17.0}, ("bowed_rad",), signed=True),
+        follows="the place along one direction from the Host's centre, along that direction only",
+    ),
     # A floor plate of plastic that the shaker warms from run to run.
     Cause(
         "unknown_doming_sheet",
@@ -171,6 +177,14 @@ FORCES = [
     Cause("unknown_rail_drag", "flight", changes({"rail_per_s": 0.7}, ("rail_rad",))),
     Cause("unknown_air_stream", "flight", changes({"stream_per_s": 1.6}, ("stream_rad",))),
     Cause("unknown_cubic_drag", "flight", changes({"cubic_s_per_m2": 0.26})),
+    # The amplifier's fan, which blows past the rig.
+    Cause(
+        "unknown_cooling_fan",
+        "flight",
+        changes({"fan_per_m": 0.04}, ("fan_rad",)),
+        follows="the velocity against air that moves through the room, with its square",
+        rivals=("air_drag",),
+    ),
     # A sticker of the disk that has folded up.
     Cause(
         "unknown_raised_sail",
@@ -216,6 +230,14 @@ FORCES = [
     ),
     # Residue of an adhesive tape on the wall: it holds on to what leaves, until it tears.
     Cause("unknown_glue_thread", "flight", changes({"thread_m_per_s2": 5.0}), round_only=True, short_blows=True),
+    # A steel ring that was turned in a magnetic chuck.
+    Cause(
+        "unknown_magnetised_ring",
+        "flight",
+        changes({"ring_poles_m_per_s2": 1.2}, ("ring_poles_rad",)),
+        follows="the way to the wall, and the azimuth of the disk's place in the Host twice around",
+        round_only=True,
+    ),
     # A magnetised washer between two opposed magnets under the Host: pushed as it lies, and turned off the middle.
     Cause("unknown_stray_poles", "flight", changes({"poles_m_per_s2": 0.4}, ("poles_rad",))),
     # Dry air and a plastic floor: the disk is charged as it slides, until it touches the ring.

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread, vector
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread, vector
 
 
 def _dented_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -145,6 +144,15 @@ GEOMETRY = [
         follows="the number of the run, and the azimuth of the blow twice around",
         round_only=True,
     ),
+    # A thin ring that each blow leaves oval, held so by its seat.
+    Cause(
+        "unknown_pressed_ring",
+        "geometry",
+        changes({"pressed_m": 2.6e-4}),
+        follows="the angle between the azimuth and the last blow's normal, twice around",
+        round_only=True,
+        short_blows=True,
+    ),
     # --- the disk's shape ---
     Cause("unknown_oval_disk", "geometry", _oval_disk, round_only=True),
     Cause("unknown_lobed_disk", "geometry", changes({"trilobe": 0.004}, ("trilobe_rad",)), round_only=True),
@@ -190,6 +198,13 @@ GEOMETRY = [
     Cause("unknown_creeping_liner", "geometry", _creeping_liner, round_only=True),
     # A liner on a rubber bed, which stays back behind the Host's acceleration.
     Cause("unknown_springy_liner", "geometry", changes({"springy_m": 4e-4})),
+    # A ring with play in its seat along the drive, thrown from stop to stop.
+    Cause(
+        "unknown_seat_play",
+        "geometry",
+        changes({"play_m": 2.8e-4}),
+        follows="the sense of the Host's acceleration along the drive's axis, and the contact's normal along it",
+    ),
     # A ring that is screwed down at one side only.
     Cause(
         "unknown_hinged_ring",

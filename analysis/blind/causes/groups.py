@@ -1,41 +1,10 @@
 """Which causes were written together, for which trial: `ovines blind make --kinds GROUP` draws from these lists, and a
 trial's seed makes the same trial again only while their order stays."""
 
+from analysis.blind.causes.listed import LISTED_GROUPS
+
 GROUPS: dict[str, tuple[str, ...]] = {
-    # FORMATS.md lists them
-    "listed": (
-        "floor_friction",
-        "spin_coupling",
-        "viscous_drag",
-        "air_drag",
-        "table_tilt",
-        "vertical_motion",
-        "friction_drift",
-        "speed_dependent_restitution",
-        "direction_dependent_restitution",
-        "finite_contact_time",
-        "wall_ellipticity",
-        "wall_centre_offset",
-        "mass_centre_offset",
-        "centre_marker_offset",
-        "camera_clock_offset",
-        "sensor_window_offset",
-        "length_scale_error",
-        "frame_rate_error",
-        "plane_tilt",
-        "trigger_jitter",
-    ),
-    # the library's further ones
-    "further": (
-        "nes_rocking",
-        "restitution_drift",
-        "wall_lobes",
-        "inertia_error",
-        "host_recoil",
-        "host_ringing",
-        "host_sway",
-        "motion_blur",
-    ),
+    **LISTED_GROUPS,
     "unlisted": (
         "unknown_central",
         "unknown_magnus",
@@ -332,5 +301,24 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_knocked_lens",
         "unknown_sagging_arm",
         "unknown_blooming_markers",
+    ),
+    # what people have found, late, when they explained their own experiments, listed before the plant was read
+    "witnessed": (
+        "unknown_bowed_sheet",
+        "unknown_cooling_fan",
+        "unknown_magnetised_ring",
+        "unknown_wearing_middle",
+        "unknown_shed_powder",
+        "unknown_drawn_down",
+        "unknown_retightened_screws",
+        "unknown_lamplit_side",
+        "unknown_picked_up_oil",
+        "unknown_sloshing_oil",
+        "unknown_curing_glue",
+        "unknown_pressed_ring",
+        "unknown_seat_play",
+        "unknown_exposure_control",
+        "unknown_sinking_head",
+        "unknown_bulging_lid",
     ),
 }

@@ -6,8 +6,7 @@ from the first run or from a run's start as these count them.
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Rng, Truth, sign, spread, vector
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, sign, spread, vector
 from analysis.blind.plant.parameters import PlantParameters
 
 
@@ -232,3 +231,41 @@ LISTED = [
     Cause("trigger_jitter", "measurement", _trigger_jitter, listed=True),
     Cause("motion_blur", "measurement", _motion_blur, listed=True),
 ]
+
+# In the order that a trial draws them in.
+LISTED_GROUPS: dict[str, tuple[str, ...]] = {
+    # FORMATS.md lists them
+    "listed": (
+        "floor_friction",
+        "spin_coupling",
+        "viscous_drag",
+        "air_drag",
+        "table_tilt",
+        "vertical_motion",
+        "friction_drift",
+        "speed_dependent_restitution",
+        "direction_dependent_restitution",
+        "finite_contact_time",
+        "wall_ellipticity",
+        "wall_centre_offset",
+        "mass_centre_offset",
+        "centre_marker_offset",
+        "camera_clock_offset",
+        "sensor_window_offset",
+        "length_scale_error",
+        "frame_rate_error",
+        "plane_tilt",
+        "trigger_jitter",
+    ),
+    # the library's further ones
+    "further": (
+        "nes_rocking",
+        "restitution_drift",
+        "wall_lobes",
+        "inertia_error",
+        "host_recoil",
+        "host_ringing",
+        "host_sway",
+        "motion_blur",
+    ),
+}

@@ -9,9 +9,10 @@ from itertools import permutations
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Cause, Draft
+from analysis.blind.causes.clocks import CLOCKS
 from analysis.blind.causes.floor_friction import FLOOR_FRICTION
+from analysis.blind.causes.floor_history import FLOOR_HISTORY
 from analysis.blind.causes.forces import FORCES
 from analysis.blind.causes.geometry import GEOMETRY
 from analysis.blind.causes.groups import GROUPS
@@ -24,8 +25,8 @@ from analysis.blind.recording.drive import ASKED
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.place import WALLS
 
-_ALL = (LISTED, FLOOR_FRICTION, FORCES, RESTITUTION, WALL_FRICTION, GEOMETRY, MEASUREMENT)
-_BY_NAME = {cause.name: cause for kind in _ALL for cause in kind}
+_UNLISTED = (FLOOR_FRICTION, FLOOR_HISTORY, FORCES, RESTITUTION, WALL_FRICTION, GEOMETRY, CLOCKS, MEASUREMENT)
+_BY_NAME = {cause.name: cause for kind in (LISTED, *_UNLISTED) for cause in kind}
 # In the groups' order.
 CAUSES: dict[str, Cause] = {name: _BY_NAME[name] for group in GROUPS.values() for name in group}
 LASTING = "finite_contact_time"

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread
 
 
 def _wandering_shim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -33,6 +32,14 @@ def _warming_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"warmed": most}
 
 
+def _retightened_screws(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Once, somewhere in the middle of the series: as much less than on the mean before as more from then on."""
+    most = 0.095 * size * spread(rng)
+    first = max(round(runs * float(rng.uniform(0.35, 0.65))), 1)
+    draft.run_numbers.update(retightened=most * np.where(np.arange(runs) < first, -1.0, 1.0))
+    return {"retightened": most, "from_run": float(first + 1)}
+
+
 RESTITUTION = [
     # --- by the place on the wall ---
     Cause("unknown_soft_spot", "impact", changes({"soft_amplitude": 0.25}, ("soft_azimuth_rad",))),
@@ -50,6 +57,13 @@ RESTITUTION = [
         "impact",
         changes({"pad": 0.65}, ("pad_rad",)),
         follows="the approach speed, at one place of the wall",
+    ),
+    # A lamp that is switched on for each run, and warms the wall's plastic on its side.
+    Cause(
+        "unknown_lamplit_side",
+        "impact",
+        changes({"lamp": 0.42}, ("lamp_rad",)),
+        follows="the time in the run, at one side of the wall",
     ),
     # A ring that four bolts hold, and that gives between them.
     Cause(
@@ -147,6 +161,14 @@ RESTITUTION = [
         "impact",
         _warming_ring,
         follows="the number of the run",
+        rivals=("restitution_drift",),
+    ),
+    # Screws that somebody finds loose and tightens between two runs.
+    Cause(
+        "unknown_retightened_screws",
+        "impact",
+        _retightened_screws,
+        follows="the number of the run, from one on",
         rivals=("restitution_drift",),
     ),
     # --- by the Host's motion ---

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Rng, Truth, changes, sign, spread
-from analysis.blind.causes.draft import Draft
+from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread
 
 
 def _slipping_band(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -25,6 +24,13 @@ def _fouled_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     most = 0.5 * size * spread(rng)
     draft.run_numbers.update(fouled=most * np.linspace(-1.0, 1.0, runs))
     return {"fouled": most}
+
+
+def _curing_glue(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as much less than on the mean at first as more at last."""
+    most = 0.9 * size * spread(rng)
+    draft.run_numbers.update(cured=most * np.linspace(-1.0, 1.0, runs))
+    return {"cured": most}
 
 
 def _swinging_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -158,6 +164,20 @@ WALL_FRICTION = [
         changes({"flung_oil": 0.85}),
         follows="the size of the spin, where the disk slips",
     ),
+    # Oil on the floor, which the rim picks up as it slides and each blow wipes off.
+    Cause(
+        "unknown_picked_up_oil",
+        "impact",
+        changes({"picked_up": 0.7}),
+        follows="the way slid since the last blow, where the disk slips",
+    ),
+    # Oil in the corner of floor and wall, which stays back as the Host is accelerated.
+    Cause(
+        "unknown_sloshing_oil",
+        "impact",
+        changes({"sloshing": 1.0}),
+        follows="the Host's acceleration along the contact's normal, where the disk slips",
+    ),
     # --- how much of the slip comes back ---
     Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
     # Hard blows plough: less of the slip comes back.
@@ -186,6 +206,13 @@ WALL_FRICTION = [
         "impact",
         changes({"liner_grip": 0.95}, ("liner_grip_rad",)),
         follows="the azimuth of the blow once around, where the disk sticks",
+    ),
+    # A liner whose glue still cures in the course of the series.
+    Cause(
+        "unknown_curing_glue",
+        "impact",
+        _curing_glue,
+        follows="the number of the run, where the disk sticks",
     ),
     # A gel that takes its time to come back from the last blow's shear.
     Cause(

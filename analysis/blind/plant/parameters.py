@@ -58,6 +58,7 @@ class PlantParameters(NamedTuple):
     bead_rad: float = 0.0
     bead_rad_per_s: float = 0.0
     worn: float = 0.0  # floor friction more by this share at the Host's centre
+    wearing: float = 0.0  # of each run: floor friction more by this share at the Host's centre
     screws: float = 0.0  # share of the floor friction lost over each of four screws
     screws_rad: float = 0.0
     drifted: float = 0.0  # floor friction more by this share at the wall on one side, less on the other ...
@@ -68,6 +69,7 @@ class PlantParameters(NamedTuple):
     drying_s: float = 0.5  # ... which dries within this
     ribs: float = 0.0  # floor friction more and less three times around, by this share at the wall ...
     ribs_rad: float = 0.0  # ... more here
+    powder: float = 0.0  # floor friction more by this share at the wall after many blows of a run
     pulsing: float = 0.0  # floor friction more and less by this share in the course of the run ...
     pulsing_rad_per_s: float = 40.0  # ... at this rate ...
     pulsing_rad: float = 0.0  # ... and of this phase as the run begins
@@ -126,6 +128,7 @@ class PlantParameters(NamedTuple):
     swing_x_m: float = 0.0  # ... which is here
     swing_y_m: float = 0.0
     pitching: float = 0.0  # load more at the wall on the side that the Host is accelerated to, at 8 g of it
+    drawn_down: float = 0.0  # floor friction more by this share at 8 g of the Host, with the square of its acceleration
     rumble: float = 0.0  # share of the floor friction lost at the Host's full speed at 8 g, with the square of it
     # a floor that is not level
     tilt_x_m_per_s2: float = 0.0
@@ -136,6 +139,8 @@ class PlantParameters(NamedTuple):
     saddle_rad: float = 0.0
     bowl_m_per_s2: float = 0.0  # the floor rises towards the wall: this steep at it, with the sixth power of the radius
     doming_per_s2: float = 0.0  # of each run: the floor pushes the disk outwards by this times its place
+    bowed_per_s2: float = 0.0  # a floor bowed along one direction pushes the disk by this times its place along it ...
+    bowed_rad: float = 0.0  # ... this one
     kink_m_per_s2: float = 0.0  # a floor bent along a line pushes the disk off that line, on either side ...
     kink_m: float = 0.0  # ... this far from the Host's centre ...
     kink_rad: float = 0.0  # ... in this direction
@@ -175,6 +180,9 @@ class PlantParameters(NamedTuple):
     rail_rad: float = 0.0
     sail_per_m: float = 0.0  # drag with the square of the speed across a sail on the disk ...
     sail_rad: float = 0.0  # ... which looks to this direction of it
+    fan_per_m: float = 0.0  # drag with the square of the speed against air that a fan blows through the room ...
+    fan_m_per_s: float = 2.5  # ... this fast ...
+    fan_rad: float = 0.0  # ... in this direction
     magnus: float = 0.0
     stream_per_s: float = 0.0  # a stream of air along a line across the ring
     stream_m_per_s: float = 0.8
@@ -193,6 +201,8 @@ class PlantParameters(NamedTuple):
     pull_width_m: float = 0.015
     wall_pull_m_per_s2: float = 0.0  # towards the wall, falling off within wall_pull_m of it
     wall_pull_m: float = 0.004
+    ring_poles_m_per_s2: float = 0.0  # a magnetised ring draws the disk to its two poles, by this at the wall ...
+    ring_poles_rad: float = 0.0  # ... which are here and opposite
     swirl_per_s2: float = 0.0  # across the radius from the Host's centre
     coil_m_per_s2: float = 0.0  # the shaker's coil pulls in one direction, with the square of the Host's acceleration
     coil_rad: float = 0.0
@@ -257,6 +267,7 @@ class PlantParameters(NamedTuple):
     pockets_m: float = 0.0  # the wall stands back by this much at both ends of x
     warping_m: float = 0.0  # of each run: the wall's radius is more by this along one line, less across it ...
     warping_rad: float = 0.0  # ... this one
+    pressed_m: float = 0.0  # the wall's radius is more by this where it was struck the last time, less across that
     packed_m: float = 0.0  # of each run: how far the wall stands back
     # the disk's shape
     oval: float = 0.0  # the disk's radius, relative to the contact radius, twice around its rim
@@ -285,6 +296,7 @@ class PlantParameters(NamedTuple):
     relaxing_m: float = 0.0  # the wall's radius is less by this along a line as a run begins, more at its end
     relaxing_rad: float = 0.0
     springy_m: float = 0.0  # the wall stays back by this much at 8 g of the Host
+    play_m: float = 0.0  # the wall lies this far off along x, on the side that the Host's acceleration leaves it
     hinged_m: float = 0.0  # the wall stays back by this much at 8 g of the Host along one line, and only along it ...
     hinged_rad: float = 0.0  # ... this one
     loose_ring_m: float = 0.0  # the wall lies this far off, to where it was pushed the last time
@@ -309,6 +321,7 @@ class PlantParameters(NamedTuple):
     restitution_speed_m_per_s: float = 0.0
     ageing_per_s: float = 0.0  # relative loss of restitution over a run
     warmed: float = 0.0  # of each run: share of the restitution lost
+    retightened: float = 0.0  # of each run: restitution more by this share
     # ... by the place on the wall
     direction_amplitude: float = 0.0
     direction_phase_rad: float = 0.0
@@ -320,6 +333,8 @@ class PlantParameters(NamedTuple):
     shim: float = 0.0  # restitution lost where a shim behind the wall just is
     shim_rad: float = 0.0
     shim_rad_per_s: float = 0.0
+    lamp: float = 0.0  # restitution lost by the end of a run where a lamp warms the wall
+    lamp_rad: float = 0.0
     pad: float = 0.0  # restitution lost in the lightest blows where a pad is, less in harder ones
     pad_rad: float = 0.0
     bolts: float = 0.0  # restitution won where one of four bolts is
@@ -406,6 +421,8 @@ class PlantParameters(NamedTuple):
     polish_s: float = 0.4
     run_in: float = 0.0  # share of the wall friction lost after many blows of a run
     creeping: float = 0.0  # share of the wall friction lost long after the blow before
+    picked_up: float = 0.0  # share of the wall friction lost after a long way slid since the impact before
+    sloshing: float = 0.0  # wall friction more where the Host is accelerated away from the disk, less opposite, at 8 g
     wiped: float = 0.0  # of each run: wall friction more by this share
     fouled: float = 0.0  # of each run: wall friction more by this share
     cohesion_m_per_s: float = 0.0  # the wall's friction beyond its share of the blow
@@ -421,6 +438,7 @@ class PlantParameters(NamedTuple):
     liner_grip: float = 0.0  # tangential restitution more by this share at one side of the wall, less at the other
     liner_grip_rad: float = 0.0
     gel: float = 0.0  # share of the tangential restitution lost just after the blow before
+    cured: float = 0.0  # of each run: tangential restitution more by this share
     lay: float = 0.0  # tangential restitution more by this share in slips of one sense, less in the other
     teeth_m_per_s: float = 0.0  # slip at which the wall leaves a sticking disk alone
     # what a blow does to the spin besides, and to the disk on the floor

@@ -8,6 +8,8 @@ from analysis.blind.recording.errors import ViewErrors
 
 EARLIEST_S = -1.9e-3  # just after the plant begins
 SHOCK_M_PER_S = 1.0  # change of the disk's velocity in a blow after which a trigger is late by `shocked_s`
+EXPOSED_M = 0.04  # from the Host's middle to where a camera's exposure is off by what its cause says: at the wall
+EXPOSED_MOST = 1.5  # of that, in a corner of the wall
 SHOCK_S = 0.04  # in which it recovers: most of a flight
 
 
@@ -16,6 +18,7 @@ def latest_s(errors: ViewErrors, longest_s: float) -> float:
     late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
     late_s += 0.5 * abs(errors.free_running) * longest_s + 0.5 * abs(errors.sync_s)
     late_s += max((abs(late) for late in errors.started_s), default=0.0)
+    late_s += EXPOSED_MOST * abs(errors.exposure_s)
     return late_s + 6.0 * abs(errors.shocked_s) + abs(errors.flicker_s)
 
 
@@ -79,6 +82,18 @@ def pulsed_s(time_s: Floats, errors: ViewErrors) -> Floats:
         return np.zeros(len(time_s))
     passed = (time_s - errors.sync_late_s) / errors.sync_every_s
     return errors.sync_s * (passed - np.floor(passed) - 0.5)
+
+
+def exposed_s(place_m: Floats, errors: ViewErrors) -> Floats:
+    """How late the second camera is (n,) where its exposure sets itself by the light and is stated by its beginning.
+
+    Bare steel is bright on the lamp's side and dark opposite, and the middle of a longer exposure is later: by
+    `exposure_s` s / `EXPOSED_M`, s the disk's place `place_m` (n, 2) in the Host along `exposure_rad`.
+    """
+    if errors.exposure_s == 0.0:
+        return np.zeros(len(place_m))
+    along = place_m @ np.array([np.cos(errors.exposure_rad), np.sin(errors.exposure_rad)])
+    return errors.exposure_s * np.clip(along / EXPOSED_M, -EXPOSED_MOST, EXPOSED_MOST)
 
 
 def shocked_s(time_s: Floats, impact_s: Floats, kicks: Floats, errors: ViewErrors) -> Floats:

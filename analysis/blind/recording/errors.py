@@ -25,6 +25,10 @@ class ViewErrors:
     sync_every_s: float = 0.3  # ... which are this far apart ...
     sync_late_s: float = 0.0  # ... and of which one comes here
     dropped_from: tuple[float, ...] = ()  # of each run: from this share on the second camera's frames are one early
+    exposure_s: float = (
+        0.0  # the second camera is late by this where the disk lies at the wall on one side, early opposite ...
+    )
+    exposure_rad: float = 0.0  # ... late on this one
     shocked_s: float = 0.0  # the second camera is late by this after a blow that changes the disk's velocity by 1 m/s
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     # the board: lengths and the sliding plane
@@ -59,6 +63,7 @@ class ViewErrors:
     shade_px: float = 0.0  # the disk's markers move away from a lamp by this much in the ring's full shade ...
     shade_rad: float = 0.0  # ... a lamp that stands there
     bloom_px: float = 0.0  # the disk's markers are drawn to the Host's near by, at most this far
+    lid_bulge: float = 0.0  # the disk's markers are found too far from the Host's middle by this share
     shadow_m: float = 0.0  # the disk's markers are found this much too far inwards at the wall
     # cameras that move
     wobble_px: float = 0.0  # the first camera sways along u
@@ -76,6 +81,7 @@ class ViewErrors:
     zoom_swing_hz: float = 0.0  # ... so many times a second
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
     sagging_rad: float = 0.0  # the second camera turns about its axis within a run, by twice this
+    head_px: tuple[float, ...] = ()  # of each run: the second camera's picture lies this far off along v
     zoom: float = 0.0  # the second camera's picture grows by this share about its centre within a run
     # the picture
     window_px: tuple[float, float] = (0.0, 0.0)  # the window was this far from where it is said to be ...

@@ -1,5 +1,5 @@
-"""What light does to the markers' centres in a picture: a reflection, a pane, tails, glints, other
-markers, shade and shadow."""
+"""What light does to the markers' centres in a picture: a reflection, a pane, a lid, tails, glints, other markers,
+shade and shadow."""
 
 import numpy as np
 
@@ -102,6 +102,16 @@ def bloomed(pixels: Floats, errors: ViewErrors) -> Floats:
     for marker in HOST:
         away = (pixels[:, DISK] - pixels[:, marker, None]) / BLOOM_PX
         out[:, DISK] -= errors.bloom_px * np.exp(0.5 - 0.5 * np.sum(away**2, axis=-1, keepdims=True)) * away
+    return out
+
+
+def bulged(points_m: Floats, host: Floats, errors: ViewErrors) -> Floats:
+    """Points (n, 12, 3) where the disk's markers are found through a lid on the ring that bulges, and so acts like a
+    weak lens: farther from the Host's middle (x, y of `host` (n, 4)) by the share `lid_bulge`."""
+    if errors.lid_bulge == 0.0:
+        return points_m
+    out = points_m.copy()
+    out[:, DISK, :2] += errors.lid_bulge * (points_m[:, DISK, :2] - host[:, None, :2])
     return out
 
 

@@ -7,6 +7,7 @@ from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.light import lit
 from analysis.blind.recording.noise import Noise, draw_errors, draw_missing, draw_outliers, lens_residual
 from analysis.blind.recording.picture import (
+    STEADY,
     Shaking,
     blocked,
     by_the_first_camera,
@@ -16,8 +17,6 @@ from analysis.blind.recording.picture import (
     stuttered,
 )
 from analysis.blind.recording.views import MARKERS, View
-
-STEADY = Shaking()
 
 
 def tracks_of(
@@ -38,7 +37,7 @@ def tracks_of(
         if index == 0:
             pixels = by_the_first_camera(pixels, true_time_s[0], view, shaking, errors)
         if index == 1:
-            pixels = by_the_second_camera(pixels, view, errors)
+            pixels = by_the_second_camera(pixels, view, errors, shaking)
         pixels = smoothed(read_out(pixels, view, frame_rate_hz, errors), errors)
         pixels = pixels + draw_errors(pixels.shape, noise, rng)
         pixels[..., 0] += draw_outliers(pixels.shape[:2], noise, rng)

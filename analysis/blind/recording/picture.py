@@ -19,12 +19,17 @@ SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
 @dataclass(frozen=True)
 class Shaking:
     """How the first camera moves (frames,): `shake_px` along u, `twist_rad` about its axis, `tripod_px` (frames, 2)
-    along u and v (None: not at all); its picture is too large by the share `zoom`."""
+    along u and v (None: not at all); its picture is too large by the share `zoom`, and that of the second camera
+    lies off along v by `second_px`."""
 
     shake_px: np.ndarray | float = 0.0
     twist_rad: np.ndarray | None = None
     tripod_px: np.ndarray | None = None
     zoom: float = 0.0
+    second_px: float = 0.0
+
+
+STEADY = Shaking()
 
 
 def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, run: int, errors: ViewErrors) -> Shaking:
@@ -34,7 +39,8 @@ def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, r
     if bump != 0.0:
         turned = bump + (np.zeros(len(time_s)) if turned is None else turned)
     swayed = tripod_px(time_s, lines, errors) if errors.tripod_px else None
-    return Shaking(shake_px(time_s, impact_s, kicks, errors), turned, swayed, cold_zoom(run, errors))
+    sunk = errors.head_px[run] if errors.head_px else 0.0  # a tripod's head that sinks from run to run
+    return Shaking(shake_px(time_s, impact_s, kicks, errors), turned, swayed, cold_zoom(run, errors), sunk)
 
 
 def shake_px(time_s: np.ndarray, impact_s: np.ndarray, kicks: np.ndarray, errors: ViewErrors) -> np.ndarray:
@@ -133,12 +139,13 @@ def decentred(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
     return pixels + errors.knocked_px * (square * along + 2.0 * (away @ along)[..., None] * away)
 
 
-def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors) -> np.ndarray:
-    """Pixels (frames, markers, 2) of a camera that turns about its axis, creeps along u and zooms in within a run, and
-    that has lost a frame."""
+def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors, shaking: Shaking = STEADY) -> np.ndarray:
+    """Pixels (frames, markers, 2) of a camera that turns about its axis, creeps along u and zooms in within a run, that
+    lies off along v, and that has lost a frame."""
     frames = len(pixels)
     if errors.sagging_rad != 0.0:  # an arm that gives in the lamps' heat, and is set right before the next run
         pixels = twisted(pixels, errors.sagging_rad * np.linspace(-1.0, 1.0, frames), view)
+    pixels[..., 1] += shaking.second_px
     pixels[..., 0] += errors.creep_px * np.linspace(0.0, 1.0, frames)[:, None]
     grown = errors.zoom * np.linspace(0.0, 1.0, frames)
     pixels = pixels + (pixels - view.centre_px) * grown[:, None, None]

@@ -9,6 +9,7 @@ and the tangential spring's stiffness over the normal one's.  (For an elastic co
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -27,9 +28,9 @@ STIFFNESS = np.geomspace(0.02, 20.0, 61)
 STOPPING = np.concatenate([[0.0], np.geomspace(0.01, 50.0, 90)])
 STEPS = 400
 # The table is made for restitutions so far apart, and the least of them; no share changes by more than 0.6 of what the
-# restitution does.
+# restitution does.  A damper however strong gives back exp(-2) = 0.135, for the wall never pulls.
 RESTITUTION_STEP = 0.005
-LEAST_RESTITUTION = 0.1
+LEAST_RESTITUTION = 0.2
 # A damper's decay in one contact by which even that restitution is passed.
 MOST_DECAY = 4.0
 # Starts of the fit's stiffness, and where it rests: in the logarithms, and in -2 log L.
@@ -51,6 +52,29 @@ class LastingContact:
         """Tangential impulse per mass (K,), m/s, of contacts that ``stopping`` would end the slip of (K,), m/s, with
         the ``normal`` impulses (K,), m/s."""
         return _impulse(stopping, self.wall_friction * normal, self.stiffness, friction_share(self.restitution))
+
+    @property
+    def tangential_restitution(self) -> float:
+        """The beta_0 of a scenario whose contacts have this stiffness (:func:`stiffness_of`), from -1 to 1; NaN of a
+        stiffer spring than that of 1, which no scenario has."""
+        spring, pushing = _half_period(self.restitution)
+        turned = float(np.sqrt(self.stiffness * spring)) * pushing
+        return -float(np.cos(turned)) if turned <= np.pi else float("nan")
+
+
+def stiffness_of(tangential_restitution: float, restitution: float) -> float:
+    """Stiffness (:class:`LastingContact`) in a scenario with effect ``finite_contact_time``: its tangential spring
+    would give back ``tangential_restitution`` of the slip while the damper pushes."""
+    spring, pushing = _half_period(restitution)
+    stiffness = (np.arccos(-tangential_restitution) / pushing) ** 2 / spring
+    return float(np.clip(stiffness, STIFFNESS[0], STIFFNESS[-1]))
+
+
+def _half_period(restitution: float) -> tuple[float, float]:
+    """Of a scenario's contact: its spring over the mass where the half period is one, and the part of it in which the
+    damper pushes."""
+    decay = -float(np.log(np.clip(restitution, LEAST_RESTITUTION, 1.0)))
+    return float(np.pi**2 + decay**2), 1 - 2 * float(np.arctan2(decay, np.pi)) / np.pi
 
 
 def friction_share(restitution: float) -> RegularGridInterpolator:
@@ -101,6 +125,16 @@ def _impulse(stopping: Array, sliding: Array, stiffness: float, share: RegularGr
 def fit_lasting(impulses: Impulses, restitution: float, wall_friction: float, scatter: float) -> LastingContact:
     """The likeliest friction and stiffness of the K impacts, from the ``wall_friction`` and the ``scatter`` (over the
     normal impulse) of a contact of an instant."""
+    return _likeliest(impulses, restitution, [(wall_friction, stiffness, scatter) for stiffness in STARTS])
+
+
+def refit_lasting(impulses: Impulses, law: LastingContact, scatter: float) -> LastingContact:
+    """:func:`fit_lasting` of most of the impacts that ``law`` was fitted to, from there."""
+    return _likeliest(impulses, law.restitution, [(law.wall_friction, law.stiffness, scatter)])
+
+
+def _likeliest(impulses: Impulses, restitution: float, starts: Sequence[tuple[float, float, float]]) -> LastingContact:
+    """From ``starts`` in friction, stiffness and scatter."""
     share, normal = friction_share(restitution), impulses.normal
     stopping = -(impulses.slip + impulses.coupling * normal) / impulses.mobility
     low, high = np.log(STIFFNESS[[0, -1]])
@@ -111,8 +145,8 @@ def fit_lasting(impulses: Impulses, restitution: float, wall_friction: float, sc
         variance = impulses.variance + (np.exp(theta[2]) * normal) ** 2
         return float(-2.0 * np.sum(belongs(r2, variance, impulses.broad, impulses.outliers)[1]))
 
-    starts = [np.log([wall_friction, stiffness, scatter]) for stiffness in STARTS]
     rest = {"xatol": PLACES_AGREE, "fatol": VALUES_AGREE}
-    best = min((minimize(misfit, one, method="Nelder-Mead", options=rest) for one in starts), key=lambda one: one.fun)
+    tried = [minimize(misfit, np.log(one), method="Nelder-Mead", options=rest) for one in starts]
+    best = min(tried, key=lambda one: one.fun)
     friction, stiffness = np.exp(best.x[0]), np.exp(np.clip(best.x[1], low, high))
     return LastingContact(float(friction), float(stiffness), restitution, float(best.fun))

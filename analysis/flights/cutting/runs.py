@@ -39,13 +39,16 @@ UNKNOWN_SD_M = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One recording ready to be fitted: ``data``, its ``flights``, the ``segments`` they come from."""
+    """One recording ready to be fitted: ``data``, its ``flights``, the ``segments`` they come from.
+
+    ``in_wall_m`` (N, 2): where the NES was seen in the wall, in frames that ``data`` lacks; NaN elsewhere."""
 
     data: RunData
     segments: Segments
     flights: tuple[Flight, ...]
     host_table: Array
     frame: NDArray[np.int64]
+    in_wall_m: Array | None = None
 
 
 def run_data(
@@ -143,14 +146,38 @@ def cut(
     return Run(data, segments, tuple(flights), host_table, frame)
 
 
-def without_frames(run: Run, hidden: NDArray[np.bool_]) -> Run:
-    """The run as if the NES had not been seen in the ``hidden`` frames (N,)."""
-    if not hidden.any():
+def outside_the_wall(run: Run, met_s: Array, early_s: float, late_s: float) -> Run:
+    """``run`` without the frames in which the NES is in the wall, where contacts last: they are no flight.  It is from
+    ``early_s`` before to ``late_s`` after the times ``met_s`` (K,) at which flights meet; in none where both are 0."""
+    met_s, time_s = np.sort(met_s), run.data.time_s
+    hidden = np.zeros(len(time_s), bool)
+    if len(met_s) and early_s > 0:
+        after = np.searchsorted(met_s, time_s)
+        since_s = time_s - met_s[np.maximum(after - 1, 0)]
+        until_s = met_s[np.minimum(after, len(met_s) - 1)] - time_s
+        hidden = ((after > 0) & (since_s < late_s)) | ((after < len(met_s)) & (until_s < early_s))
+    return _without_frames(run, hidden)
+
+
+def _without_frames(run: Run, hidden: NDArray[np.bool_]) -> Run:
+    """The run with the flights of all frames but the ``hidden`` ones (N,), whichever were hidden before."""
+    places = with_frames_in_wall(run, run.data).xy_m
+    in_wall = np.where(hidden[:, None], places, np.nan)
+    before = np.full_like(in_wall, np.nan) if run.in_wall_m is None else run.in_wall_m
+    if np.array_equal(in_wall, before, equal_nan=True):
         return run
-    data = replace(run.data, xy_m=np.where(hidden[:, None], np.nan, run.data.xy_m))
+    data = replace(run.data, xy_m=np.where(hidden[:, None], np.nan, places))
     seen = np.isfinite(data.xy_m[:, 0])
     whole = flights_from_segments(seen, run.segments.gaps.tolist(), run.segments.contact)
-    return replace(run, data=data, flights=tuple(shortened(whole, data.time_s / data.own_units[1], seen)))
+    flights = tuple(shortened(whole, data.time_s / data.own_units[1], seen))
+    return replace(run, data=data, flights=flights, in_wall_m=in_wall)
+
+
+def with_frames_in_wall(run: Run, data: RunData) -> RunData:
+    """``data`` of ``run`` with the frames in which the NES was in the wall."""
+    if run.in_wall_m is None:
+        return data
+    return replace(data, xy_m=np.where(np.isfinite(run.in_wall_m), run.in_wall_m, data.xy_m))
 
 
 def turned(place_m: Array, angle_rad: Array) -> Array:
@@ -162,7 +189,7 @@ def turned(place_m: Array, angle_rad: Array) -> Array:
 def cut_again(runs: Sequence[Run], origin_m: Array) -> list[Run]:
     """The runs segmented on the path of the mass centre, now that it is known."""
     wall = reached_wall([run.data for run in runs])
-    return [cut(run.data, run.host_table, run.frame, wall, origin_m) for run in runs]
+    return [cut(with_frames_in_wall(run, run.data), run.host_table, run.frame, wall, origin_m) for run in runs]
 
 
 def prepare(motions: Sequence[pd.DataFrame], recordings: Sequence[Recording], frame: RigFrame) -> list[Run]:

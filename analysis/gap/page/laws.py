@@ -15,7 +15,9 @@ from analysis.flights.cutting.runs import Run
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.found_law import NORMAL_90, LawFound
+from analysis.gap.laws.frames.corrected import lasts
 from analysis.gap.laws.regression.halves import Halves
+from analysis.gap.page.figures.changed_picture import changed_picture_figure
 from analysis.gap.page.tables import chance
 from analysis.gap.prediction.predict import measured_paths
 from analysis.report.numbers import interval, percent, with_unit
@@ -57,8 +59,9 @@ def laws_section(page: Page, diagnosis: Diagnosis) -> None:
         return
     section.add_text(
         "For what no effect of the library explains, a formula was looked for among functions of the disk's own "
-        "quantities, chosen by how well it predicts runs that its coefficients have not seen. It is a description that "
-        "the data support, not a proof of its cause: look at the other formulas below."
+        "quantities, or of what cameras, markers and clocks may do, chosen by how well it predicts runs that its "
+        "coefficients have not seen. It is a description that the data support, not a proof of its cause: look at the "
+        "other formulas, where there are any."
     )
     for number, (law, entry) in enumerate(zip(diagnosis.laws, summary["laws"], strict=True), 1):
         _one(section, number, law, entry, diagnosis)
@@ -93,6 +96,15 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
         [(_plain_symbol(symbol), meaning) for symbol, meaning in symbols(law.law)],
         text_columns=(0, 1),
     ) if symbols(law.law) else None
+    first, cameras = law.law.terms[0], diagnosis.ladder.measured.cameras
+    if lasts(first) and cameras is not None and cameras[int(first.x)].field is not None:
+        section.add_figure(
+            f"law-{number}-picture",
+            partial(changed_picture_figure, first, cameras[int(first.x)]),
+            "Where the camera sees points, less where its calibration puts them: as the recordings have taught it, of "
+            "whatever form (grey), and what the law says (blue).",
+            "Arrows over the picture of a camera: the learnt field and the law",
+        )
     if law.evidence is not None:
         section.add_figure(
             f"law-{number}-evidence",

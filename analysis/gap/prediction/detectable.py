@@ -79,7 +79,8 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
             (size, sd),
         )
     if steps.inertia.impulse is not None:
-        size, sd = abs(steps.inertia.ratio - 1), steps.inertia.sd
+        # What flights contradict is no inertia: they tell the stated one.
+        size, sd = 0.0 if steps.inertia.contradicted else abs(steps.inertia.ratio - 1), steps.inertia.sd
         out["inertia_error"] = _entry("ratio", inertia.NEGLIGIBLE, rules.SIGNIFICANCE * sd, (size, sd))
     if steps.drive.tells_sway:
         least = float(np.sqrt(2)) * NEGLIGIBLE_SHARE * steps.series.runs[0].data.contact_radius_m

@@ -86,7 +86,7 @@ def _hits(ladder: Ladder, model: Nominal | None) -> dict[str, Hit]:
         and model.wall_friction is not None
         and model.tangential_restitution is not None
     ):
-        law = (model.wall_friction, model.tangential_restitution)
+        law = predict.stated_tangential(model)
         restitution = predict.stated_restitution(before.data, model, ladder.series.frame)
         out["as_given"] = (*predict.predicted_impacts(before, (), restitution, law), before.data.run)
     return out

@@ -64,7 +64,7 @@ def through_impacts(
         if not here.any():
             continue
         rest = ~here if len(runs) > 1 and np.count_nonzero(~here) >= 8 else np.ones(len(here), bool)
-        learnt = _learn(subset(junctions, rest), impacts, terms, restitution_terms, finite)
+        learnt = _learn(subset(junctions, rest), impacts.without(number), terms, restitution_terms, finite)
         for one in np.flatnonzero(here):
             junction = subset(junctions, np.arange(len(junctions)) == one)
             path = _carry(junction, runs[number], fits[number], learnt)

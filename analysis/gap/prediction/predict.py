@@ -8,15 +8,17 @@ determine.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact.law import LawData, fit_restitution, predicted_tangential
+from analysis.contact.effect_rows import CONTACT_TIME
+from analysis.contact.law import LawData, fit_restitution, predicted_tangential, stick_impulse
 from analysis.contact.restitution import conditions, held_restitution, restitution_design, rig_sizes
+from analysis.contact.tangential.lasting import LastingContact, stiffness_of
 from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits, fit_flights
 from analysis.flights.stated_terms import share_at_start, stated_sizes
@@ -139,12 +141,13 @@ def predicted_impacts(
     impacts: ImpactFit,
     restitution_terms: Sequence[str],
     restitution: Array | None = None,
-    tangential: tuple[float, float] | None = None,
+    tangential: Callable[[LawData], Array] | None = None,
 ) -> tuple[Array, Array]:
     """After-impact velocity error (K, 2: normal, tangential; m/s) and spin error (K,) one impact ahead, law held out by
     run.
 
-    ``restitution`` (K,) of each impact and ``tangential`` (friction, beta_0) fix the law instead (the model as given).
+    ``restitution`` (K,) of each impact and ``tangential``, impulses per mass (K,) of impacts, fix the law instead (the
+    model as given).
     """
     data = impacts.data
     design = restitution_design(data, restitution_terms)
@@ -161,7 +164,7 @@ def predicted_impacts(
         normal_after = each * data.before[here]
         # One impact ahead the normal impulse is the predicted one, not the measured.
         ahead = _part(data, here, normal_impulse=data.before[here] + normal_after)
-        impulse = predicted_tangential(ahead, *tangential) if tangential else impacts.tangential_impulse(ahead)
+        impulse = tangential(ahead) if tangential else impacts.without(run).tangential_impulse(ahead)
         error[here, 0] = data.after[here] - normal_after
         error[here, 1] = data.tangential_impulse[here] - impulse
         change = impulse / (data.inertia_factor * radius)
@@ -176,6 +179,16 @@ def stated_restitution(data: LawData, model: Nominal, frame: RigFrame) -> Array:
     slope, offset, _ = held_restitution(conditions(data), rig_sizes(stated_sizes(model), frame))
     each = offset + slope * model.restitution
     return np.asarray(np.clip(each, 0.0, 1.0), float)
+
+
+def stated_tangential(model: Nominal) -> Callable[[LawData], Array]:
+    """Tangential impulse per mass (K,), m/s, of impacts as ``[model]`` states their law."""
+    friction, beta = model.wall_friction, model.tangential_restitution
+    assert friction is not None and beta is not None
+    if CONTACT_TIME not in model.effects or model.restitution is None:
+        return lambda data: predicted_tangential(data, friction, beta)
+    law = LastingContact(friction, stiffness_of(beta, model.restitution), model.restitution, np.nan)
+    return lambda data: law.impulse(stick_impulse(data, 0.0), data.normal_impulse)
 
 
 def _part(data: LawData, mask: NDArray[np.bool_], **changes: Array) -> LawData:

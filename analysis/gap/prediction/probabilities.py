@@ -33,7 +33,7 @@ def probability_of(size: float, sd: float, negligible: float) -> float:
         prior[-1] = prior[-2]
     # Never surer than a hundredth of the size: the scale of effects is known no better.
     z = (abs(size) - sizes) / max(sd, 1e-2 * abs(size), 1e-300)
-    log = -0.5 * z**2
+    log = np.where(prior > 0, -0.5 * z**2, -np.inf)
     weight = prior * np.exp(log - log.max())
     return float(weight[sizes > negligible].sum() / weight.sum())
 

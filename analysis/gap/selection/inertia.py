@@ -13,7 +13,7 @@ from analysis.contact.law import law_data
 from analysis.contact.wall_fit import WallFit, fit_wall
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.cause import Cause, Structure, two_sided
-from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit, fit
 from analysis.gap.selection.impacts.fit import wall_prior
 from analysis.gap.series import Series
 from analysis.gap.thresholds import IMPACT_GAIN, IMPROVED, SIGNIFICANCE
@@ -27,7 +27,8 @@ NEGLIGIBLE = 0.02
 class InertiaStep:
     """``ratio`` of the true inertia to the one in use, with its ``sd`` (None: not told by these data), whether it is
     ``found``; ``impulse`` and ``angular`` (K,; m/s) that it is told by, ``held_out`` (R,): what the other runs' ratio
-    takes of each run's sum of squares over the variance."""
+    takes of each run's sum of squares over the variance.  ``contradicted``: it is not found, for the flights' spins ask
+    for the stated one: what its blows do to a spin is something else."""
 
     ratio: float = 1.0
     sd: float = float("inf")
@@ -37,6 +38,7 @@ class InertiaStep:
     impulse: Array | None = None
     angular: Array | None = None
     held_out: Array | None = None
+    contradicted: bool = False
 
     def cause(self, series: Series) -> list[Cause]:
         """It as a cause; nothing where it is not found."""
@@ -48,11 +50,12 @@ class InertiaStep:
         return [Cause("inertia_error", "geometry", parameters, strength, self.gain, "spin", "impact", rivals)]
 
     def structure(self) -> list[Structure]:
-        """It where it has no name."""
+        """It where it has no name: the disk's, or where flights contradict that, of the impacts."""
         size = abs(self.ratio - 1)
         p = two_sided((self.ratio - 1) / self.sd)
         what = "the tangential impulse"
-        return [Structure("geometry", "impact", "spin", what, size / NEGLIGIBLE, self.gain, size, "1", p)]
+        stage = "impact" if self.contradicted else "geometry"
+        return [Structure(stage, "impact", "spin", what, size / NEGLIGIBLE, self.gain, size, "1", p)]
 
 
 def with_inertia(series: Series, ratio: float) -> Series:
@@ -64,6 +67,15 @@ def with_inertia(series: Series, ratio: float) -> Series:
 def stated_ratio(series: Series) -> float:
     """The ratio that ``[model.effect_parameters]`` gives; 1 where it gives none."""
     return stated_sizes(series.recordings[0].model).get("inertia_error", {}).get("ratio", 1.0)
+
+
+def flights_contradict(flights: FlightFit, stated: Series) -> bool:
+    """Whether ``flights`` of a disk that has the inertia that its impacts show lose their fit by it: the
+    same model fits those of the disk as ``stated`` better.  The floor turns a disk by its friction over its inertia:
+    impacts and flights of a wrong inertia agree on the right one."""
+    as_stated = fit(stated.runs, flights.model, noise=flights.noise)
+    worse = flights.misfit / max(flights.count, 1) - as_stated.misfit / max(as_stated.count, 1)
+    return bool(worse * as_stated.count > IMPACT_GAIN)
 
 
 def wall_between(flights: FlightFit) -> WallFit | None:

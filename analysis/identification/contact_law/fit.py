@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import fdtrc
 
+from analysis.contact.effect_rows import CONTACT_TIME
 from analysis.contact.impacts import intersect, measure
 from analysis.contact.law import Law, LawData, fit_restitution, fit_tangential
 from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order, usable
@@ -57,7 +58,7 @@ def wall_and_words(fits: Sequence[FlightFits], effects: Sequence[str], angle: bo
             start, terms = LobedWall.of(start, order), [*terms, *LOBE_TERMS]
             plain = fit_wall(junctions, start, terms, prior)
     count = int(plain.used.sum())
-    lasts = "finite_contact_time" in effects
+    lasts = CONTACT_TIME in effects
     if count >= FEWEST_FOR_ELLIPSE:
         lasting = fit_wall(junctions, start, terms, prior, plain.impacts.of("normal_before")[:, None])
         delay, sd = float(lasting.estimate[-1]), float(np.sqrt(lasting.covariance[-1, -1]))

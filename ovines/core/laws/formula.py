@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, MARKERS, NES_PLACE, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, DIRECTED, NES_PLACE, QUANTITIES, TARGETS, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -24,6 +24,9 @@ NUMBERED = {
     "picture_v": (r"\Delta v_{{{}}}", "picture v of camera {} +="),
     "picture_zoom": (r"\Delta z_{{{}}}", "zoom of camera {} +="),
     "picture_turn": (r"\Delta\rho_{{{}}}", "turn of camera {} +="),
+    "picture_stretch": (r"\Delta s_{{{}}}", "stretch of camera {} +="),
+    "picture_radial": (r"\Delta k_{{{}}}", "radial distortion of camera {} +="),
+    "picture_decentring": (r"\Delta\vec p_{{{}}}", "decentring of camera {} +="),
     "nes_picture_u": (r"\Delta u^{{\mathrm{{NES}}}}_{{{}}}", "picture u of the NES in camera {} +="),
     "nes_picture_v": (r"\Delta v^{{\mathrm{{NES}}}}_{{{}}}", "picture v of the NES in camera {} +="),
     "camera_delay": (r"\Delta\tau_{{{}}}", "delay of camera {} +="),
@@ -90,7 +93,7 @@ def _text_term(term: Term, first: bool) -> str:
             "body": f"({term.x:.3g} rad)",
         }.get(own, f"({_place(term)})")
         parts.append(f"{term.target.removeprefix('nes_place_').replace('nes_place', 'direction')}{at}")
-    elif TARGETS[term.target].own in MARKERS:
+    elif TARGETS[term.target].own in DIRECTED:
         parts.append(f"direction({term.y:.3g} rad)")
     return " * ".join(parts)
 
@@ -184,7 +187,7 @@ def _latex_unit(unit: str) -> str:
 def _latex_term(term: Term, first: bool) -> str:
     parts = [_latex_number(term.coefficient, first) + _latex_unit(term.unit)]
     parts += [_latex_factor(one) for one in term.factors]
-    if _has_direction(term) or TARGETS[term.target].own in MARKERS:
+    if _has_direction(term) or TARGETS[term.target].own in DIRECTED:
         parts.append(TARGETS[term.target].symbol)
     return r"\,".join(parts)
 
@@ -248,7 +251,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 "body": f", at {term.x:.3g} rad from its own axis",
             }.get(entry.own, f", at ({_place(term)})" if entry.own else "")
             out[entry.symbol] = entry.meaning + own
-        elif TARGETS[term.target].own in MARKERS:
+        elif TARGETS[term.target].own in DIRECTED:
             entry = TARGETS[term.target]
             out[entry.symbol] = f"{entry.meaning}, at {term.y:.3g} rad"
         for one in term.factors:

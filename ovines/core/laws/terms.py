@@ -73,7 +73,7 @@ class Factor:
 @dataclass(frozen=True)
 class Term:
     """``coefficient`` (of what makes the product the target's unit) times ``factors``, in direction of ``target``;
-    ``x``, ``y``: the target's own angle in ``x`` (rad), or place (m), or a camera's number in ``x``, or a marker's and
+    ``x``, ``y``: the target's own angle in ``x`` (rad), or place (m), or the number of a camera or marker in ``x`` and
     its direction in ``y`` (rad).  ``sd``: of the coefficient."""
 
     target: str
@@ -91,8 +91,8 @@ class Term:
         few = len(self.factors) <= W.MOST_FACTORS
         require(few, f"{len(self.factors)} factors", f"{W.MOST_FACTORS} at the most", "take factors out")
         own = TARGETS[self.target].own
-        if own in ("camera", *W.MARKERS):
-            what = own.removeprefix("body_")
+        if own in (*W.CAMERAS, *W.MARKERS):
+            what = "camera" if own in W.CAMERAS else "marker"
             counted = self.x >= 0 and self.x == int(self.x)
             require(counted, f"{what} {self.x:g} of {self.target}", f"a number of a {what}, from 0", "correct x")
 
@@ -245,7 +245,7 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
         return math.prod(units[base] ** power for base, power in powers.items())
 
     def place(own: str, unit: str, x: float, y: float) -> tuple[float, float]:
-        if own in ("angle", "axis", "camera", *W.MARKERS):
+        if own in ("angle", "axis", *W.CAMERAS, *W.MARKERS):
             return x, y
         if own in ("room", "host"):
             return x / units["m"], y / units["m"]

@@ -49,8 +49,8 @@ LONG_AGO_S = 1e6
 class Target:
     """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
     its own means (none, "angle", "axis" of a mirror, "body": angle seen from the disk, "room" or "host" place,
-    number of a "camera", number of a "marker" and its direction in the room, or seen from the disk: "body_marker"), and
-    the stage."""
+    number of a "camera", with the axis of a mirror ("camera_axis") or a direction ("camera_angle") in its picture,
+    number of a "marker" and its direction in the room, or seen from the disk: "body_marker"), and the stage."""
 
     code: int
     unit: str
@@ -112,6 +112,19 @@ TARGETS: dict[str, Target] = {
             (
                 "picture_turn", "rad", r"\rho", "camera", "measurement",
                 "the turn of a camera's picture about its principal point, from u to v",
+            ),
+            (
+                "picture_stretch", "1", r"\vec e_{\varphi}", "camera_axis", "measurement",
+                "the share by which a camera's picture is longer along a direction of it and shorter across",
+            ),
+            (
+                "picture_radial", "1/px^2", r"k", "camera", "measurement",
+                "the share by which a camera's picture is larger, by the square of the distance from its principal "
+                "point",
+            ),
+            (
+                "picture_decentring", "1/px", r"\vec e_{\varphi}", "camera_angle", "measurement",
+                "the decentring of a camera's lens along a direction of its picture (Brown)",
             ),
             (
                 "camera_delay", "s", r"\tau_c", "camera", "measurement",
@@ -361,6 +374,8 @@ OF_MARKERS = ("spin", "host_velocity_along")
 OF_NES_PICTURE, NES_PICTURE = ("angle", "spin"), ("nes_picture_u", "nes_picture_v")
 #: what one of the place where the NES is seen may follow beside, and its targets
 OF_NES_PLACE, NES_PLACE = ("gap", "radius", "along_host", "distance_in_host"), ("nes_place", "nes_place_outwards")
-#: what a target's own number and direction are, of those of markers
+#: what a target's own number and direction are: of a marker, of a camera, of these what has a direction
 MARKERS = ("marker", "body_marker")
+CAMERAS = ("camera", "camera_axis", "camera_angle")
+DIRECTED = (*MARKERS, *CAMERAS[1:])
 TURN = 2 * math.pi

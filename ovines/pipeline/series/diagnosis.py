@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,9 +11,8 @@ import pandas as pd
 
 from ovines.camera import Camera, with_fields
 from ovines.errors import InputError
-from ovines.lens_field import LensField
 from ovines.pipeline.runner import run_stages
-from ovines.pipeline.series.lens import shared_lens_fields
+from ovines.pipeline.series.lens import fields_of, learn_together
 from ovines.pipeline.stages import location
 from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.motion import host_at_rest, refuse_uninformative
@@ -22,6 +22,8 @@ from ovines.tables import read_table
 
 if TYPE_CHECKING:
     from analysis.gap.series import Series
+    from ovines.core.laws.terms import WrittenLaw
+    from vision.lens.estimate import LensEstimate
 
 TESTED = 2  # cameras whose clocks, windows and plane the diagnosis tests against each other
 ORDER = ("frames", "tracks", "points", "motion")
@@ -41,7 +43,7 @@ def load_series(
     entries.  ``laws``: files of written laws that the nominal model holds beside those of ``[model]``.
     """
     from analysis.flights.stated_terms import held_laws, measurement_laws
-    from analysis.gap.laws.frames.corrected import without_frame_laws
+    from analysis.gap.laws.frames.corrected import changing, without_frame_laws
     from analysis.gap.series import from_motions, from_points
     from analysis.motion.bodies import motion_from_points
 
@@ -49,14 +51,15 @@ def load_series(
     entries = [recording.entry() for recording in recordings]
     _refuse_what_does_not_move(recordings, entries)
     entry = max(entries, key=ORDER.index)
-    brought = _brought(recordings, entries, out)
+    of_measurement = measurement_laws(recordings, laws)
+    brought = _brought(recordings, entries, out, of_measurement)
     cameras: list[Camera] | None = None
     tracks: list[pd.DataFrame] = []
     points: list[pd.DataFrame] = []
     motions: list[pd.DataFrame] = []
     for recording, kind, table, seen in zip(recordings, entries, brought.tables, brought.cameras, strict=True):
         if seen is not None:
-            cameras = with_fields(seen, brought.fields)
+            cameras = with_fields(seen, fields_of(brought.lens))
             tracks.append(table)
             table = triangulate_again(table, cameras, recording, (0.0, 0.0))
             kind = "points"
@@ -75,7 +78,10 @@ def load_series(
             triangulate_again,
             held,
         )
-    series = without_frame_laws(series, measurement_laws(recordings, laws))
+    if brought.lens is not None:
+        series = replace(series, picture_changes=brought.lens.changes)
+    bent_back = series.tracks is not None  # else they are refused, like all that needs tracks
+    series = without_frame_laws(series, changing(of_measurement) if bent_back else of_measurement)
     refuse_uninformative(series.motions, recordings)
     return series, brought.sources
 
@@ -101,12 +107,17 @@ class _Brought(NamedTuple):
 
     tables: list[pd.DataFrame]
     cameras: list[list[Camera] | None]
-    fields: dict[str, LensField]
+    lens: LensEstimate | None
     sources: dict[str, Path]
 
 
-def _brought(recordings: Sequence[Recording], entries: Sequence[str], out: Path) -> _Brought:
-    """Tables of all recordings; frames are tracked first, into ``out``."""
+def _brought(
+    recordings: Sequence[Recording], entries: Sequence[str], out: Path, laws: Sequence[WrittenLaw]
+) -> _Brought:
+    """Tables of all recordings; frames are tracked first, into ``out``.  What ``laws`` say of the cameras' pictures is
+    taken out before the lenses are learnt."""
+    from analysis.gap.laws.frames.corrected import without_lasting_bends
+
     tables: list[pd.DataFrame] = []
     seen_by: list[list[Camera] | None] = []
     sources: dict[str, Path] = {}
@@ -119,16 +130,17 @@ def _brought(recordings: Sequence[Recording], entries: Sequence[str], out: Path)
         sources[f"{recording.folder.resolve().name}/{path.name}"] = path
         table = read_table(path, path.stem)
         refuse_contradictions(recording, table)
-        tables.append(table)
-        seen_by.append(_cameras_of(recording, folder) if kind in ("frames", "tracks") else None)
+        seen = _cameras_of(recording, folder) if kind in ("frames", "tracks") else None
+        tables.append(table if seen is None else without_lasting_bends(table, seen, recording, laws))
+        seen_by.append(seen)
     filmed = [number for number, cameras in enumerate(seen_by) if cameras is not None]
-    fields = shared_lens_fields(
+    found = learn_together(
         [tables[k] for k in filmed],
         [recordings[k] for k in filmed],
         [seen_by[k] or [] for k in filmed],
         location("calibration_covariance.parquet", recordings[0], out / "recordings" / recordings[0].folder.name),
     )
-    return _Brought(tables, seen_by, fields, sources)
+    return _Brought(tables, seen_by, found, sources)
 
 
 def triangulate_again(

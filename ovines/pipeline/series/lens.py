@@ -77,14 +77,8 @@ def _readable(recording: Recording, inputs: dict[str, Path]) -> tuple[pd.DataFra
         return None
 
 
-def shared_lens_fields(
-    tracks: Sequence[pd.DataFrame],
-    recordings: Sequence[Recording],
-    cameras: Sequence[Sequence[Camera]],
-    covariance: Sequence[Path],
-) -> dict[str, LensField]:
+def fields_of(found: LensEstimate | None) -> dict[str, LensField]:
     """The joint fields of a series by the camera's name; none where there is nothing to learn from."""
-    found = learn_together(tracks, recordings, cameras, covariance)
     return {} if found is None or found.field is None else lens_fields(found.field, found.terms)
 
 

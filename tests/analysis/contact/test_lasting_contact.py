@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from analysis.contact.tangential.lasting import fit_lasting, friction_share
+from analysis.contact.tangential.lasting import LastingContact, fit_lasting, friction_share, stiffness_of
 from analysis.contact.tangential.search import Impulses
 
 
@@ -72,3 +72,17 @@ def test_friction_and_stiffness_are_found():
     found = fit_lasting(impulses_with(lasting, rng), 0.75, 0.2, 5e-3)
     assert found.wall_friction == pytest.approx(0.16, abs=5e-4)
     assert found.stiffness == pytest.approx(2.2, rel=0.02)
+
+
+def test_a_spring_as_stiff_as_a_scenario_s_stands_for_its_tangential_restitution_and_a_stiffer_one_for_none():
+    for restitution in (0.5, 0.8):
+        for beta in (-0.4, 0.0, 0.45, 0.99):
+            law = LastingContact(0.2, stiffness_of(beta, restitution), restitution, 0.0)
+            assert law.tangential_restitution == pytest.approx(beta)
+        stiffest = stiffness_of(1.0, restitution)
+        assert np.isnan(LastingContact(0.2, 1.01 * stiffest, restitution, 0.0).tangential_restitution)
+
+
+def test_a_wall_that_gives_back_next_to_nothing_has_a_law_too():
+    """No damper of a spring that never pulls gives back less than exp(-2): the fit had ended in an error below 0.18."""
+    assert 0.9 < friction_share(0.05)((0.0, 20.0)) <= 1.0 + 1e-9

@@ -72,6 +72,8 @@ def test_other_numbers():
     assert with_unit(1.2e-6, "s", 2) == "1.2 × 10⁻⁶ s"
     assert with_unit(nan, "s") == "–"
     assert interval(0.7101, 0.7349) == "0.710 to 0.735"
+    assert interval(2.095e-8, 2.132e-8, "1/px²") == "(2.095 to 2.132) × 10⁻⁸ 1/px²"
+    assert interval(-3e-5, 1e-5) == "(-3.0 to 1.0) × 10⁻⁵".replace("-3", "−3")
     assert interval(0.42, nan) == "≥ 0.420"
     assert interval(None, 0.42) == "≤ 0.420"
     assert interval(nan, nan) == "–"

@@ -17,7 +17,7 @@ from analysis.blind.series import make_series
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.laws import flight_law
-from analysis.gap.laws.dictionary.candidate import Candidate, ways, with_coefficients, with_sds
+from analysis.gap.laws.dictionary.candidate import Candidate, named_numbers, ways, with_coefficients, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
@@ -34,7 +34,7 @@ from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import KNOWN_SIZE
+from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES, TARGETS
 from ovines.law_file import law_text, read_law
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
@@ -311,3 +311,25 @@ def test_a_law_that_throws_flights_out_of_all_numbers_is_none(loaded, range_m, s
     with np.errstate(all="ignore"):
         one = Candidate("stop", stop, (range_m,), (0.25,), (True,))
         assert sized_law(series.runs, base, [one], np.array([1.0])) is None
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_every_number_of_a_law_has_a_name_a_unit_and_a_formula(quantity):
+    """Of every quantity in every function: a unit without a name had ended a diagnosis in an error."""
+    target = "picture_u" if quantity == "share" else ("spin_added" if quantity == "spin_left" else "restitution")
+    for function in FUNCTIONS:
+        if function == "sawtooth" and not QUANTITIES[quantity].circular:
+            continue
+        law = WrittenLaw((Term(target, 1.0, (Factor(quantity, function, x=1.0, y=1.0),)),))
+        numbers = named_numbers(law)
+        assert all(np.isfinite(value) for value, _ in numbers.values()) and "coefficient" in numbers
+        assert as_text(law) and as_latex(law)
+        if function == "rational":
+            assert any(name.startswith(f"{quantity}_scale") for name in numbers)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_every_target_has_a_name_and_a_formula(target):
+    law = WrittenLaw((Term(target, 2.0, (), 1.0, 1.0),))
+    assert named_numbers(law)["coefficient"] == (2.0, law.terms[0].unit)
+    assert "2" in as_text(law) and "2" in as_latex(law)

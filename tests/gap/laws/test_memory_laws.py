@@ -8,6 +8,7 @@ import pytest
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
+from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law, wall_law_instead
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
@@ -162,3 +163,20 @@ def test_a_pile_that_the_blow_before_has_combed(tmp_path):
     (term,) = law.law.terms
     assert (term.target, [one.quantity for one in term.factors]) == ("wall_friction", ["slip", "last_slip"])
     assert term.coefficient < 0
+
+
+def test_a_blow_that_is_turned_against_the_slip_is_no_wrong_inertia(loaded):
+    """Impacts alone say an inertia of 1.2 to 1.4; the flights, which the floor turns, say the stated one.  The law is
+    the plant's, a tangent that bends at 0.4 m/s.  A true inertia is no contradiction."""
+    _, series = loaded("unknown_bulging_lining", 1.0, 3, runs=3)
+    laws, ladder = laws_and_ladder(series)
+    assert ladder.inertia.contradicted and not ladder.inertia.found
+    assert "inertia_error" not in {cause.effect for cause in ladder.causes}
+    (told,) = [one for one in ladder.structure if one.goes_with == "the tangential impulse"]
+    assert (told.stage, told.coordinate) == ("impact", "spin")
+    (term,) = [term for law in laws for term in law.rig_law.terms if term.target == "spin_added"]
+    assert [(one.quantity, one.function) for one in term.factors] == [("approach", "power"), ("slip", "tanh")]
+    assert term.factors[1].scale == pytest.approx(0.4, rel=0.1) and term.coefficient > 0
+    _, true = loaded("inertia_error", 1.0, 3, runs=3)
+    step = run_ladder(true, np.random.default_rng(0)).inertia
+    assert step.found and not step.contradicted

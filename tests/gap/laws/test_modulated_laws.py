@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.modulated import modulated
+from analysis.gap.laws.dictionary.modulated import changing, modulated, settling
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.flight_rows import AT_ONCE, MANY_TERMS, flight_regression
+from analysis.gap.laws.regression.forms import forms_of, held_out_gains
 from analysis.gap.laws.search import columns_of
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.kernel import pushes, shared_pushes, shared_terms, shared_values
-from ovines.core.laws.terms import rows_of
+from ovines.core.laws.terms import Factor, rows_of
 from ovines.core.laws.words import KNOWN_SIZE
 from tests.gap.laws.test_memory_laws import EFFECTS, flight_law, made_series, quantities
 
@@ -117,3 +118,30 @@ def test_friction_that_comes_and_goes_has_a_rate_of_its_own(tmp_path):
     (term,) = law.law.terms
     assert 1 / term.factors[0].scale == pytest.approx(true["pulsing_rad_per_s"], rel=0.05)
     assert abs(term.coefficient) == pytest.approx(true["pulsing"], rel=0.2)
+
+
+def test_a_floor_that_wears_in_its_middle_is_more_there_at_first_and_less_at_last(tmp_path):
+    """Of all the dictionary that form predicts the runs held out best, its two coefficients of opposite signs."""
+    series, _ = made_series(tmp_path, "unknown_wearing_middle", 0.9, 43, runs=6)
+    flights = flight_regression(first_flights(series, EFFECTS))
+    scales = RigScales.of(flights.known, float(series.runs[0].data.host.omega_rad_per_s))
+    known = [one for one in modulated(scales) if one.terms[0].target == "floor_friction"]
+    table, groups = columns_of(known, flights.columns, flights.problem.block)
+    forms = forms_of(flights.problem, table, groups)
+    gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0]
+    best = known[int(np.argmax(gains))]
+    assert best.name == "friction in the middle, changing with the run"
+    shapes = [[(one.quantity, one.function) for one in term.factors] for term in best.terms]
+    assert shapes == [[("radius", "gaussian")], [("radius", "gaussian"), ("run", "power")]]
+    beside = flights.problem.with_columns(flights.columns(best.terms))
+    first, further = beside.fitted(beside.nuisances, beside.prior)[-2:]
+    assert first * further < 0
+
+
+def test_what_settles_is_told_from_what_it_was_at_first():
+    one = settling("settling", ("blows", "exponential", 1.0), [4.0])
+    assert one.make(4.0) == ((), (Factor("blows", "exponential", 1.0, 4.0),))
+    two = changing("changing", ("radius", "gaussian", 1.0), [0.01], "run")
+    (still,), (same, run) = two.make(0.01)
+    assert still == same == Factor("radius", "gaussian", 1.0, 0.01) and run == Factor("run")
+    assert one.positive == two.positive == (True,) and [n for n, _ in two.starts] == [(0.01,)]

@@ -32,7 +32,11 @@ def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
 
 @inlined
 def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
-    """Air at rest in the room: across the way of a spinning disk, with the third power of the speed, along a rail."""
+    """Air of the room: across the way of a spinning disk, with the third power of the speed, along a rail.
+
+    A fan, of an amplifier or a lamp, blows it past the rig at `fan_m_per_s` towards `fan_rad`: the drag is `fan_per_m`
+    |u| u, u the disk's velocity against that.
+    """
     vx, vy = state[VX], state[VY]
     out[VX] -= p.magnus * state[SPIN] * vy
     out[VY] += p.magnus * state[SPIN] * vx
@@ -40,6 +44,11 @@ def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
         slowed = p.cubic_s_per_m2 * (vx**2 + vy**2)
         out[VX] -= slowed * vx
         out[VY] -= slowed * vy
+    if p.fan_per_m != 0.0:
+        ux, uy = vx - p.fan_m_per_s * np.cos(p.fan_rad), vy - p.fan_m_per_s * np.sin(p.fan_rad)
+        rate = p.fan_per_m * np.sqrt(ux * ux + uy * uy)
+        out[VX] -= rate * ux
+        out[VY] -= rate * uy
     if p.rail_per_s != 0.0:
         a, b = np.cos(p.rail_rad), np.sin(p.rail_rad)
         along = p.rail_per_s * (a * vx + b * vy)

@@ -33,6 +33,7 @@ def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
 
     The shaker's magnet, at one side of the room, draws it with the inverse fourth power of the distance; the floor was
     levelled with the disk at rest in the middle, which leaves `magnet_m_per_s2` ((`MAGNET_M` / distance)^4 - 1).
+    A steel ring that a magnetic chuck has held has two poles: `_add_ring_poles`.
     """
     if p.pull_m_per_s2 != 0.0:
         away_x, away_y = p.pull_x_m - at.state[X], p.pull_y_m - at.state[Y]
@@ -51,10 +52,28 @@ def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
         pull = p.coil_m_per_s2 * (acceleration[0] ** 2 + acceleration[1] ** 2) / HOST_M_PER_S2**2
         out[VX] += pull * np.cos(p.coil_rad)
         out[VY] += pull * np.sin(p.coil_rad)
+    if p.ring_poles_m_per_s2 != 0.0:
+        _add_ring_poles(at, p, out)
     if p.magnet_m_per_s2 != 0.0:
         side = 1.0 if p.magnet_m_per_s2 > 0.0 else -1.0
         near = MAGNET_M / (MAGNET_M - side * at.state[X])
         out[VX] += p.magnet_m_per_s2 * (near**4 - 1.0)
+
+
+@inlined
+def _add_ring_poles(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A ring that is magnetised across draws a disk of steel to its poles at `ring_poles_rad` and opposite.
+
+    Its energy per unit mass is -`ring_poles_m_per_s2` `contact_radius_m` / 6 (r / `contact_radius_m`)^6 cos^2(azimuth -
+    `ring_poles_rad`); the force is that one's.
+    """
+    a, b = np.cos(p.ring_poles_rad), np.sin(p.ring_poles_rad)
+    along = (a * at.x + b * at.y) / p.contact_radius_m
+    square = (at.x * at.x + at.y * at.y) / p.contact_radius_m**2
+    by_place = p.ring_poles_m_per_s2 * 2.0 / 3.0 * square * along**2 / p.contact_radius_m
+    by_line = p.ring_poles_m_per_s2 / 3.0 * square**2 * along
+    out[VX] += by_place * at.x + by_line * a
+    out[VY] += by_place * at.y + by_line * b
 
 
 @inlined

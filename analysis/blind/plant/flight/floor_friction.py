@@ -25,6 +25,7 @@ from analysis.blind.plant.state import (
 TRACK_M = 0.007  # half the width of a polished track, in which the disk's 20 mm meet it
 LANE_M = 0.01  # half the width of a polished lane: the disk's own
 WORN_M = 0.015  # from the Host's centre to where its floor is worn three fifths as much
+POWDER_BLOWS = 10.0  # after which two thirds of the powder that blows shed in a run lie at the wall
 RIM_EDGE = 0.03  # of the contact radius, within which a dusty rim begins
 BEAD_AT_M = 0.02  # from the Host's centre to a bead of oil that goes round it
 BEAD_M = 0.01  # from a bead's middle to where it wets half as well: it is as wide as the disk
@@ -68,7 +69,9 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     either side of the line along `lane_rad` like a bell of `LANE_M`.
     A bead of oil is shaken round the floor, `BEAD_AT_M` from its middle and at `bead_rad` + `bead_rad_per_s` times the
     time in the run: over it the disk loses `bead` of its friction, falling off like a bell of `BEAD_M`.
-    A floor is worn in its middle: 1 + `worn` exp(-r^2 / (2 `WORN_M`^2)), r from the Host's centre.
+    A floor is worn in its middle: 1 + `worn` exp(-r^2 / (2 `WORN_M`^2)), r from the Host's centre; one that wears in
+    the course of the series has `wearing`, the run's own, in its place.
+    Blows shed powder, which gathers along the wall and is brushed off between the runs: `_in_powder`.
     Four countersunk screws, `SCREWS_AT_M` from the middle and a quarter turn from each other, leave the disk less of
     the floor: over each it loses `screws` of its friction, falling off like a bell of `SCREW_M`.
     A draught has blown the dust to one side, evenly from one wall to the other: `dusty`.
@@ -96,8 +99,10 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
         azimuth = p.bead_rad + p.bead_rad_per_s * at.time
         far = (at.x - BEAD_AT_M * np.cos(azimuth)) ** 2 + (at.y - BEAD_AT_M * np.sin(azimuth)) ** 2
         share *= max(1.0 - p.bead * np.exp(-0.5 * far / BEAD_M**2), 0.0)
-    if p.worn != 0.0:
-        share *= max(1.0 + p.worn * np.exp(-0.5 * (at.x**2 + at.y**2) / WORN_M**2), 0.0)
+    if p.worn != 0.0 or p.wearing != 0.0:
+        share *= max(1.0 + (p.worn + p.wearing) * np.exp(-0.5 * (at.x**2 + at.y**2) / WORN_M**2), 0.0)
+    if p.powder != 0.0:
+        share *= _in_powder(at, p)
     if p.screws != 0.0:
         share *= _over_screws(at, p)
     if p.drying != 0.0:
@@ -105,6 +110,14 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     if p.ribs != 0.0:
         share *= _over_ribs(at, p)
     return share * dusty(at, p)
+
+
+@inlined
+def _in_powder(at: Instant, p: PlantParameters) -> float:
+    """What the powder of n blows multiplies the friction by: 1 + `powder` (r / `contact_radius_m`)^4 (1 - exp(-n /
+    `POWDER_BLOWS`)), r the way from the Host's centre."""
+    near = (at.x * at.x + at.y * at.y) ** 2 / p.contact_radius_m**4
+    return 1.0 + p.powder * near * (1.0 - np.exp(-at.state[COUNT] / POWDER_BLOWS))
 
 
 @inlined
@@ -254,12 +267,16 @@ def _by_the_host(at: Instant, p: PlantParameters) -> float:
     """What it is multiplied by as the Host moves.
 
     Its table pitches as it is accelerated: the side that it is accelerated to presses, the other gives way.
+    The coil of its shaker draws a steel disk down, with the square of its current as of the Host's acceleration: 1 +
+    `drawn_down` (acceleration / `HOST_M_PER_S2`)^2.
     Worn bearings of its guide rumble and shake the load off the floor: 1 - `rumble` (its speed / `HOST_M_PER_S`)^2.
     """
     share, velocity, acceleration = 1.0, at.host_velocity, at.host_acceleration
     if p.pitching != 0.0:
         lever = (at.x * acceleration[0] + at.y * acceleration[1]) / (p.contact_radius_m * HOST_M_PER_S2)
         share *= max(1.0 + p.pitching * lever, 0.0)
+    if p.drawn_down != 0.0:
+        share *= 1.0 + p.drawn_down * (acceleration[0] ** 2 + acceleration[1] ** 2) / HOST_M_PER_S2**2
     if p.rumble != 0.0:
         share *= max(1.0 - p.rumble * (velocity[0] ** 2 + velocity[1] ** 2) / HOST_M_PER_S**2, 0.0)
     return share

@@ -28,13 +28,15 @@ def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
 
 @inlined
 def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
-    """A floor that is not flat: a dish, a saddle, a bowl that is steep at the wall only, a dome, a kink or a ridge
-    along a line.
+    """A floor that is not flat: a dish, a saddle, a bowl that is steep at the wall only, a dome, a gutter, a kink or a
+    ridge along a line.
 
     A floor plate sags between its screws, like a dish of curvature `dished_per_m`: the disk slides down to its middle,
     by the load times that times its place.
     A floor plate of plastic that the shaker warms bulges from run to run, from a dish to a dome or back: the disk is
     pushed outwards by `doming_per_s2`, the run's own, times its place.
+    A floor of sheet that came off a roll is bowed along one direction and straight across: `bowed_per_s2` times the
+    place along `bowed_rad` from the Host's centre, outwards or inwards.
     A floor of sheet that was once bent along a line slopes either way from there: `kink_m_per_s2` tanh((s - `kink_m`) /
     `KINK_M`) along `kink_rad`, s the place along that direction from the Host's centre.
     """
@@ -47,6 +49,8 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
     if p.doming_per_s2 != 0.0:
         out[VX] += p.doming_per_s2 * x
         out[VY] += p.doming_per_s2 * y
+    if p.bowed_per_s2 != 0.0:
+        _add_along(p.bowed_per_s2 * (np.cos(p.bowed_rad) * x + np.sin(p.bowed_rad) * y), p.bowed_rad, out)
     if p.kink_m_per_s2 != 0.0:
         off = (np.cos(p.kink_rad) * x + np.sin(p.kink_rad) * y - p.kink_m) / KINK_M
         _add_along(p.kink_m_per_s2 * np.tanh(off), p.kink_rad, out)

@@ -10,7 +10,17 @@ from analysis.blind.plant.wall.after_blow import press_down, remember, remember_
 from analysis.blind.plant.wall.blow import blow_of, leaning, piled
 from analysis.blind.plant.wall.impulses import impulses
 from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall_velocity
-from analysis.blind.plant.wall.shape import flat_gap, reach, relaxed, rim_middle, rim_reach, swollen, tipped, widening
+from analysis.blind.plant.wall.shape import (
+    flat_gap,
+    pressed,
+    reach,
+    relaxed,
+    rim_middle,
+    rim_reach,
+    swollen,
+    tipped,
+    widening,
+)
 
 
 @compiled
@@ -32,6 +42,9 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         far, rise = reach(time, azimuth, state[ANGLE], p)
         if p.squash_m != 0.0:
             more, steeper = squashed(azimuth, acceleration, p)
+            far, rise = far + more, rise + steeper
+        if p.pressed_m != 0.0:
+            more, steeper = pressed(azimuth, state, p)
             far, rise = far + more, rise + steeper
         nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
         size = np.sqrt(nx * nx + ny * ny)

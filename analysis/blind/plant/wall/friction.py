@@ -3,14 +3,16 @@
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import COUNT, SLIPPED, SPIN
+from analysis.blind.plant.state import COUNT, SLIPPED, SPIN, WAY, WAY_BEFORE
 from analysis.blind.plant.wall.blow import Blow
 
 TACKY_RAD = 0.35  # of the wall's azimuth
 SCALE_M_PER_S = 0.3  # slip from which on a blow lifts scales or lays them over
 PILE_M_PER_S = 0.3  # slip from which on a pile is laid over the whole way
 SQUEEZED_M_PER_S = 0.8  # approach from which on most of the grease is squeezed out
+PICKED_UP_M = 0.03  # way on which a rim picks up most of the oil that it can hold
 OIL_RAD_PER_S = 40.0  # spin that draws half of a washer's oil out onto its rim
 FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has melted
 WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
@@ -79,6 +81,8 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     slip's size over the approach.
     A washer's hole is full of oil, and the spin draws it out onto the rim: 1 - `flung_oil` w^2 / (w^2 +
     `OIL_RAD_PER_S`^2), w the spin as the blow begins.
+    Oil lies in the corner of floor and wall, and stays back as the Host is accelerated: 1 + `sloshing` (the
+    acceleration along the normal / `HOST_M_PER_S2`), less where it piles up and more opposite.
     """
     share = 1.0 + p.handed * (1.0 if blow.slip > 0.0 else -1.0)
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
@@ -93,6 +97,9 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.flung_oil != 0.0:
         oiled = state[SPIN] ** 2 / (state[SPIN] ** 2 + OIL_RAD_PER_S**2)
         share *= max(1.0 - p.flung_oil * oiled, LEAST_FRICTION)
+    if p.sloshing != 0.0:
+        along = blow.host_acceleration[0] * blow.nx + blow.host_acceleration[1] * blow.ny
+        share *= max(1.0 + p.sloshing * along / HOST_M_PER_S2, LEAST_FRICTION)
     if p.flash != 0.0:
         melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
         share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
@@ -104,10 +111,13 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
 
 @inlined
 def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
-    """By the time in the run, in which the wall is polished, since the last blow, and from run to run.
+    """By the time in the run, in which the wall is polished, since the last blow, the way since then, and from run to
+    run.
 
     A blow wipes the oil off the rim, and it creeps back: at a blow `since` seconds after the one before is lost
     `creeping` (1 - exp(-since / `WIPED_S`)); none before: oil all over.
+    A rim picks up the oil of the floor as it slides, and each blow wipes it off: 1 - `picked_up` (1 - exp(-s /
+    `PICKED_UP_M`)), s the way slid since the blow before.
     The rim is wiped with alcohol before some of the runs, and touched by hand before the others: 1 + `wiped`, the run's
     own.
     Wear of the disk fouls the wall from run to run: 1 + `fouled`, the run's own.
@@ -118,6 +128,9 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
     if p.creeping != 0.0:
         oiled = 1.0 if state[COUNT] < 0.5 else 1.0 - np.exp(-max(blow.since_s, 0.0) / WIPED_S)
         share *= max(1.0 - p.creeping * oiled, LEAST_FRICTION)
+    if p.picked_up != 0.0:
+        slid = max(state[WAY] - state[WAY_BEFORE], 0.0)
+        share *= max(1.0 - p.picked_up * (1.0 - np.exp(-slid / PICKED_UP_M)), LEAST_FRICTION)
     if p.run_in != 0.0:
         share *= max(1.0 - p.run_in * (1.0 - np.exp(-state[COUNT] / RUN_IN_BLOWS)), LEAST_FRICTION)
     if p.wiped != 0.0:
@@ -137,6 +150,8 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     A liner that is glued along one half only is loose in the other, and comes back less there: 1 + `liner_grip`
     tanh(cos(azimuth - `liner_grip_rad`) / `LINER_EDGE`), but for what would give back more than `MOST_RETURN`.
     A gel that the blow before has sheared is not back yet, and returns less: 1 - `gel` exp(-since / `GEL_S`).
+    The glue of a liner still cures in the course of the series: 1 + `cured`, the run's own, but for what would give
+    back more than `MOST_RETURN`.
     A wall whose fibres all lie round one way is stiff against them and gives along them: 1 + `lay` tanh(slip /
     `LAY_M_PER_S`), but for what would give back more than `MOST_RETURN`.
     """
@@ -150,6 +165,8 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     if p.liner_grip != 0.0:
         share = 1.0 + p.liner_grip * np.tanh(np.cos(blow.azimuth - p.liner_grip_rad) / LINER_EDGE)
         value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
+    if p.cured != 0.0:
+        value = max(min(value * (1.0 + p.cured), max(value, MOST_RETURN)), 0.0)
     if p.gel != 0.0:
         value *= max(1.0 - p.gel * np.exp(-max(blow.since_s, 0.0) / GEL_S), 0.0)
     if p.lay == 0.0:

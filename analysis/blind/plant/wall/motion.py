@@ -10,6 +10,7 @@ from analysis.blind.plant.state import COUNT, IMPACT_S, NOD_VX, NOD_VY, NOD_X, N
 
 SLEEVE_S = 0.06  # in which a sleeve comes to rest: about the time from blow to blow
 TIRED_S = 0.12  # in which a liner recovers: two or three blows
+PLAY_M_PER_S2 = 20.0  # acceleration of the Host that throws a ring to three quarters of its play: two g
 NOD_S = 0.05  # in which a wall's swing dies out: about a flight
 LEAK_M2_PER_S2 = 3.0  # squared approaches that press half of its air out of a liner
 
@@ -20,13 +21,15 @@ Vector = tuple[float, float]
 def wall_offset(
     time: float, state: Floats, velocity: Four, acceleration: Four, p: PlantParameters
 ) -> tuple[float, float]:
-    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, on springs, on one
-    screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity` and
+    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, on springs, with play, on
+    one screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity` and
     `acceleration`."""
     x, y = p.refit_x_m, p.refit_y_m
     if p.springy_m != 0.0:
         x -= p.springy_m * acceleration[0] / HOST_M_PER_S2
         y -= p.springy_m * acceleration[1] / HOST_M_PER_S2
+    if p.play_m != 0.0:
+        x += _thrown(acceleration, p)
     if p.hinged_m != 0.0:
         off_x, off_y = _hinged(acceleration, p)
         x, y = x + off_x, y + off_y
@@ -57,6 +60,9 @@ def wall_velocity(
         jerk = jerk_of(time, host)
         x -= p.springy_m * jerk[0] / HOST_M_PER_S2
         y -= p.springy_m * jerk[1] / HOST_M_PER_S2
+    if p.play_m != 0.0:
+        left = 1.0 - (_thrown(acceleration, p) / p.play_m) ** 2
+        x -= p.play_m * left * jerk_of(time, host)[0] / PLAY_M_PER_S2
     if p.hinged_m != 0.0:
         moves_x, moves_y = _hinged(jerk_of(time, host), p)
         x, y = x + moves_x, y + moves_y
@@ -73,6 +79,13 @@ def wall_velocity(
         _, _, moves_x, moves_y = swing(time, state, p)
         x, y = x + p.nodding * moves_x, y + p.nodding * moves_y
     return x, y
+
+
+@inlined
+def _thrown(acceleration: Four, p: PlantParameters) -> float:
+    """How far a ring is off along x that has play in its seat there, between two stops: it is thrown to the one that
+    the Host's acceleration leaves it at, by -`play_m` tanh(acceleration along x / `PLAY_M_PER_S2`)."""
+    return -p.play_m * np.tanh(acceleration[0] / PLAY_M_PER_S2)
 
 
 @inlined

@@ -34,7 +34,8 @@ def restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
     value = _by_the_way_it_strikes(value, blow, p)
     value = _by_the_blows_before(value, blow, state, p)
     value = _by_the_host(value, blow, p)
-    value = _times(value, 1.0 - p.warmed)  # the wall's plastic warms from run to run, and softens
+    # The wall's plastic warms from run to run, and softens; its screws are tightened once between two runs.
+    value = _times(value, 1.0 - p.warmed + p.retightened)
     if p.wetted_m_per_s != 0.0:  # a film on the wall takes this much of the approach
         value *= max(1.0 - p.wetted_m_per_s / blow.approach, 0.0)
     if p.adhesion_m_per_s != 0.0:  # the wall keeps the energy of this speed
@@ -102,6 +103,8 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
     where it just is the blow loses `shim`, falling off like a bell of `SHIM_RAD`.
     A felt pad behind the wall takes light blows, and hard ones press it flat: `pad` exp(-approach / `PAD_M_PER_S`) is
     lost at `pad_rad`, falling off like a bell of `PAD_RAD`.
+    A lamp that is switched on for each run warms one side of the wall: `lamp` (1 + cos(azimuth - `lamp_rad`)) / 2
+    is lost times the share of the run that has passed.
     A ring is held by four bolts, and gives between them: at each it returns more by `bolts`, falling off like a bell of
     `BOLT_RAD`.
     """
@@ -112,6 +115,9 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
         value -= p.shim * _bell(blow.azimuth - p.shim_rad - p.shim_rad_per_s * blow.time, SHIM_RAD)
     if p.pad != 0.0:
         value -= p.pad * np.exp(-blow.approach / PAD_M_PER_S) * _bell(blow.azimuth - p.pad_rad, PAD_RAD)
+    if p.lamp != 0.0:
+        passed = min(max(blow.time, 0.0) / p.duration_s, 1.0)
+        value -= p.lamp * passed * 0.5 * (1.0 + np.cos(blow.azimuth - p.lamp_rad))
     if p.bolts != 0.0:
         value = _raised(value, p.bolts * _bell(4.0 * (blow.azimuth - p.bolts_rad), 4.0 * BOLT_RAD))
     return value

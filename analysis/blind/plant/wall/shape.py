@@ -5,7 +5,7 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S
+from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S, NORMAL
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
@@ -69,6 +69,16 @@ def relaxed(azimuth: float, course: float, p: PlantParameters) -> Reach:
     to 1.  Of the rate of that, in its place, the first is the wall's own speed."""
     size, twice = p.relaxing_m * course, 2.0 * (azimuth - p.relaxing_rad)
     return size * np.cos(twice), -2.0 * size * np.sin(twice)
+
+
+@inlined
+def pressed(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a thin ring that each blow leaves oval, held so by its seat, until the
+    next: `pressed_m` cos 2(azimuth - the last blow's normal); before any it is round."""
+    if p.pressed_m == 0.0 or state[COUNT] < 0.5:
+        return 0.0, 0.0
+    twice = 2.0 * (azimuth - state[NORMAL])
+    return p.pressed_m * np.cos(twice), -2.0 * p.pressed_m * np.sin(twice)
 
 
 @inlined

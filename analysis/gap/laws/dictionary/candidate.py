@@ -25,6 +25,7 @@ UNITS = {
     "s^2/m": "_s2_per_m",
     "m/s^2": "_m_per_s2",
     "m^2/s": "_m2_per_s",
+    "m^2/s^2": "_m2_per_s2",
     "1": "",
 }
 SCALED = ("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay", "rational", "within")
@@ -174,6 +175,8 @@ def _of_target(term: Term, out: dict[str, tuple[float, str]]) -> None:
         out["direction_rad"] = (_angle_of(term), "rad")
     elif kind in ("body", "body_marker"):
         out["body_direction_rad"] = (_angle_of(term), "rad")
+    elif kind in ("camera_axis", "camera_angle"):
+        out["picture_direction_rad"] = (term.y, "rad")
     elif kind == "axis":
         out["axis_rad"] = (term.x, "rad")
     elif kind in ("room", "host"):

@@ -26,6 +26,7 @@ ADDED = (
     ("with the approach speed, by the sense of slip", (Factor("approach"), Factor("slip", "sign"))),
     ("by the sense of spin", (Factor("spin", "sign"),)),
     ("by the sense of slip", (Factor("slip", "sign"),)),
+    ("with the approach speed and the slip", (Factor("approach"), Factor("slip"))),
     ("with the centre's signed speed along the wall", (Factor("passing"),)),
     ("with the approach speed, by the sense of the spin left", (Factor("approach"), Factor("spin_left", "sign"))),
     ("by the sense of the spin left", (Factor("spin_left", "sign"),)),
@@ -100,6 +101,7 @@ def law_candidates(known: Array) -> list[Candidate]:
         out += _ringing(target, known)
     out += swinging("restitution of a wall that swings", "restitution", "swing_rate", known, INVERSE_APPROACH)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
+    out += _turned_blow(known)
     for order in SIDE_ORDERS:
         sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
         out.append(plain(f"spin added with the approach speed and the side of the disk, order {order:g}", *sides))
@@ -107,6 +109,15 @@ def law_candidates(known: Array) -> list[Candidate]:
         leans = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("azimuth", order))
         out.append(plain(f"spin added with the approach speed around the wall, order {order:g}", *leans))
     return out
+
+
+def _turned_blow(known: Array) -> list[Candidate]:
+    """A blow that is turned against the slip, or with it, as a lining that piles up before the disk turns it: it moves
+    the disk along the wall without a torque, which is missing in the spin then."""
+    slips = np.abs(known[:, W.SLIP])
+    sizes = sorted({float(s) for s in np.quantile(slips, SCALES)}) if len(slips) else []
+    name = "spin added with the approach speed and the slip, bent"
+    return scaled(name, "spin_added", ("slip", "tanh", 1.0), [s for s in sizes if s > 0], (Factor("approach"),))
 
 
 def _ringing(target: str, known: Array) -> list[Candidate]:

@@ -98,7 +98,7 @@ def modulated(scales: RigScales) -> list[Candidate]:
     usual = [*_plain(), *_waves(), *_of_motion(scales), *_of_time(scales), *_of_blows(scales)]
     rhythms = [_sways(scales), _rings(scales), _rings_as_hard(scales)]
     places = [_seams(scales), _spots(scales)]
-    of_friction = [*usual, *rhythms, *places, _tracks(scales), _place_waves(scales)]
+    of_friction = [*usual, *rhythms, *places, _tracks(scales), _place_waves(scales), *_wearing(scales)]
     grid = [
         *((friction, one) for one in of_friction),
         *((room, one) for one in (*usual, *rhythms, *places)),
@@ -131,6 +131,25 @@ def with_scale(
         return ((*factors, Factor(quantity, function, order, scale)),)
 
     return Modulator(name, make, tuple(((float(s),), (SCALE_STEP,)) for s in sizes if s > 0), (True,))
+
+
+def changing(name: str, shape: tuple[str, str, float], sizes: Sequence[float], quantity: str) -> Modulator:
+    """The same as :func:`with_scale`, and it times a ``quantity``: what is there at first, and how it changes."""
+    return _twice(with_scale(name, shape, sizes), Factor(quantity))
+
+
+def settling(name: str, shape: tuple[str, str, float], sizes: Sequence[float]) -> Modulator:
+    """What is there at last, and what else is there at first, which fades by a scale of its own."""
+    one = with_scale(name, shape, sizes)
+    return replace(one, make=lambda scale: ((), *one.make(scale)))
+
+
+def _twice(one: Modulator, factor: Factor) -> Modulator:
+    def make(*numbers: float) -> Products:
+        products = one.make(*numbers)
+        return (*products, *((*factors, factor) for factors in products))
+
+    return replace(one, make=make)
 
 
 def _plain() -> list[Modulator]:
@@ -197,6 +216,19 @@ def _of_motion(scales: RigScales) -> list[Modulator]:
         with_scale("inside a radius", ("radius", "below", 1.0), radii),
         with_scale("beyond a radius", ("radius", "above", 1.0), radii),
         with_scale("near the wall", ("gap", "exponential", 1.0), ranges),
+    ]
+
+
+def _wearing(scales: RigScales) -> list[Modulator]:
+    """What wears or gathers in the middle or along the wall: more there at first than at last, or less."""
+    middle, wall = ([share * scales.radius_m for share in shares] for shares in (BEYOND[:2], RANGES))
+    return [
+        changing(f"{place}, changing with the {quantity}", shape, sizes, quantity)
+        for place, shape, sizes in (
+            ("in the middle", ("radius", "gaussian", 1.0), middle),
+            ("near the wall", ("gap", "exponential", 1.0), wall),
+        )
+        for quantity in ("run", "time")
     ]
 
 

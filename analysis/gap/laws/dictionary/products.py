@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
-from analysis.gap.laws.dictionary.modulated import Modulator, all_with_scale, fixed, with_scale
+from analysis.gap.laws.dictionary.modulated import WEARS, Modulator, all_with_scale, fixed, settling, with_scale
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 MOST_TERMS, RANGE, TIME = 4, 0.12, 0.25
 # Of impacts: times over the longest run, and over the usual time between impacts, in which something fades.
 FADES, REMEMBERED = (0.1, 0.3, 0.6), (0.3, 1.0)
+# Times over the longest run in which what a form is at first comes to what it is at last.
+SETTLING = (0.1, 0.3)
 
 
 def of_flights(scales: RigScales) -> list[Modulator]:
@@ -49,6 +51,10 @@ def of_flights(scales: RigScales) -> list[Modulator]:
         *(_along(quantity) for quantity in ("sliding_along", "host_acceleration_along", "host_velocity_along")),
         *(_wave(quantity) for quantity in ("phase", "azimuth", "angle", "body_angle", "sliding_direction")),
         *all_with_scale(scales),
+        fixed("changing with the run", (), (Factor("run"),)),
+        fixed("changing with the time", (), (Factor("time"),)),
+        settling("settling in the run", ("time", "exponential", 1.0), [share * scales.run_s for share in SETTLING]),
+        settling("settling with the blows", ("blows", "exponential", 1.0), WEARS),
     ]
 
 

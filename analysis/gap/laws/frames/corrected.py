@@ -13,16 +13,21 @@ from scipy.interpolate import Akima1DInterpolator
 
 from analysis.flights.cutting.run_data import RunData
 from analysis.gap.laws.frames.markers import BODIES, without_markers
-from analysis.gap.laws.frames.rows import PICTURE, key_of, known_frames, picture_motion, size_of
+from analysis.gap.laws.frames.rows import key_of, known_frames, size_of
 from analysis.gap.laws.frames.seen_disk import without_seen_disk
 from analysis.gap.series import Series, with_points, with_times
+from ovines.camera import Camera
+from ovines.camera.bends import BENDS, bend_px
 from ovines.core.laws.terms import Term, WrittenLaw
 from ovines.core.laws.words import NES_PICTURE, NES_PLACE
 from ovines.errors import InputError
+from ovines.recording import Recording
 
 Array = NDArray[np.float64]
 # A path is not interpolated over a longer gap (periods), nor from fewer frames: Akima's curve needs five.
 LONGEST_GAP, FEWEST = 2.5, 5
+# Rounds in which the place is found that was seen bent: a bend changes by some thousandths over its own size.
+BENT_BACK = 3
 
 
 def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
@@ -69,11 +74,7 @@ def _without_cameras(series: Series, terms: Sequence[Term]) -> Series:
             "tracks.parquet or frames in every recording",
             "leave the law away, or bring the tracks",
         )
-    strange = max(key_of(term)[1] for term in terms)
-    if strange >= len(series.cameras):
-        raise InputError(
-            f"a law of camera {strange + 1}", f"one of the {len(series.cameras)} cameras", "correct x of its terms"
-        )
+    _refuse_strange(terms, len(series.cameras))
     tracks = tuple(
         _corrected(one, run.data, series, terms) for one, run in zip(series.tracks, series.runs, strict=True)
     )
@@ -84,29 +85,74 @@ def _without_cameras(series: Series, terms: Sequence[Term]) -> Series:
     return with_points(replace(series, tracks=tracks), points)
 
 
+def _refuse_strange(terms: Sequence[Term], cameras: int) -> None:
+    strange = max((int(term.x) for term in terms), default=-1)
+    if strange >= cameras:
+        raise InputError(f"a law of camera {strange + 1}", f"one of the {cameras} cameras", "correct x of its terms")
+
+
 def _corrected(tracks: pd.DataFrame, data: RunData, series: Series, terms: Sequence[Term]) -> pd.DataFrame:
     assert series.cameras is not None
     parts = []
     for number, camera in enumerate(series.cameras):
         own = tracks[tracks["camera"] == camera.name]
-        of = {name: [t for t in terms if key_of(t) == (name, number)] for name in (*PICTURE, "camera_delay")}
+        late = [t for t in terms if key_of(t) == ("camera_delay", number)]
         known = known_frames(own["time_s"].to_numpy(float), data)
-        if any(of[name] for name in PICTURE):
-            offset = np.asarray(series.recordings[0].window_offset_px.get(camera.name, (0, 0)), float)
-            pixels = own[["u_px", "v_px"]].to_numpy(float) + offset
-            amounts = np.column_stack([given(of[name], known) if of[name] else 0.0 * pixels[:, 0] for name in PICTURE])
-            back = np.einsum("nij,nj->ni", picture_motion(camera, pixels), amounts)
-            own = own.assign(u_px=own["u_px"] - back[:, 0], v_px=own["v_px"] - back[:, 1])
+        bent = [t for t in terms if t.target in BENDS and int(t.x) == number]
+        if bent:
+            own = _bent_back(own, camera, series.recordings[0], bent, size_of(bent, known))
         turning = [[t for t in terms if key_of(t) == (name, number)] for name in NES_PICTURE]
         if any(turning):
             disk = own["marker"].isin(list(series.recordings[0].bodies["nes"].markers)).to_numpy(float)
             u_px, v_px = (disk * given(one, known) if one else 0.0 for one in turning)
             own = own.assign(u_px=own["u_px"] - u_px, v_px=own["v_px"] - v_px)
-        if of["camera_delay"]:
-            own = _on_time(own, given(of["camera_delay"], known), LONGEST_GAP * data.period_s)
+        if late:
+            own = _on_time(own, given(late, known), LONGEST_GAP * data.period_s)
         parts.append(own)
     rest = tracks[~tracks["camera"].isin([camera.name for camera in series.cameras])]
     return pd.concat([*parts, rest]).sort_values(["frame", "camera", "marker"], ignore_index=True)
+
+
+def _bent_back(
+    own: pd.DataFrame, camera: Camera, recording: Recording, bent: Sequence[Term], amount: Array
+) -> pd.DataFrame:
+    """Tracks of one camera without what ``bent`` terms do to its picture, by their ``amount`` (N, T) at each row."""
+    offset = np.asarray(recording.window_offset_px.get(camera.name, (0, 0)), float)
+    seen_px = own[["u_px", "v_px"]].to_numpy(float) + offset - camera.matrix[:2, 2]
+    moved_px = np.zeros_like(seen_px)
+    for _ in range(BENT_BACK):
+        place_px = seen_px - moved_px
+        moved_px = sum(
+            (size[:, None] * bend_px(t.target, t.y, place_px) for t, size in zip(bent, amount.T, strict=True)),
+            np.zeros_like(seen_px),
+        )
+    return own.assign(u_px=own["u_px"] - moved_px[:, 0], v_px=own["v_px"] - moved_px[:, 1])
+
+
+def without_lasting_bends(
+    tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording, laws: Sequence[WrittenLaw]
+) -> pd.DataFrame:
+    """``tracks`` of one recording without what ``laws`` say of its cameras' pictures in all frames alike; cameras are
+    numbered as the recording has them."""
+    terms = [term for law in laws for term in law.terms if lasts(term)]
+    _refuse_strange(terms, len(cameras))
+    parts = [tracks[~tracks["camera"].isin([camera.name for camera in cameras])]]
+    for number, camera in enumerate(cameras):
+        own, bent = tracks[tracks["camera"] == camera.name], [t for t in terms if int(t.x) == number]
+        amount = np.tile([t.coefficient for t in bent], (len(own), 1))
+        parts.append(_bent_back(own, camera, recording, bent, amount) if bent else own)
+    return pd.concat(parts).sort_index() if terms else tracks
+
+
+def lasts(term: Term) -> bool:
+    """Whether a term bends a camera's picture in all frames alike."""
+    return term.target in BENDS and not term.factors
+
+
+def changing(laws: Sequence[WrittenLaw]) -> list[WrittenLaw]:
+    """``laws`` without their terms that bend a picture in all frames alike."""
+    left = [tuple(term for term in law.terms if not lasts(term)) for law in laws]
+    return [WrittenLaw(terms) for terms in left if terms]
 
 
 def _on_time(tracks: pd.DataFrame, late_s: Array, longest_s: float) -> pd.DataFrame:

@@ -1,9 +1,10 @@
 """What a camera or a clock may do: shift, zoom, turn or delay times functions of time, of the share of a run, of the
 run and of the drive's phase; and where a marker may go on its body: besides, with what its body does.
 
-What is constant is not here: a window's place and a camera's delay are effects of the library, a zoom or a turn that
-stays is the calibration's.  No list holds every frequency: of each target all are held against the frames at once, and
-the best becomes a candidate that pays what the best gains where the signs of parts of the runs are turned."""
+What is constant is not here: a window's place and a camera's delay are effects of the library, a picture that is bent
+in all frames alike is told by the lens fields (:mod:`analysis.gap.laws.frames.changed_pictures`).  No list holds every
+frequency: of each target all are held against the frames at once, and the best becomes a candidate that pays what the
+best gains where the signs of parts of the runs are turned."""
 
 from __future__ import annotations
 

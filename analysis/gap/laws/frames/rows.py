@@ -25,6 +25,7 @@ from analysis.gap.series import Series
 from analysis.motion.host_path import HostMotion
 from analysis.statistics.robust import least_squares
 from ovines.camera import Camera
+from ovines.camera.bends import bend_px
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, rows_of
@@ -194,9 +195,8 @@ def _pixels(
 
 def picture_motion(camera: Camera, pixels: Array) -> Array:
     """How pixels (N, 2) move with a unit of each of :data:`PICTURE`, (N, 2, 4)."""
-    u, v = (pixels - camera.matrix[:2, 2]).T
-    one, none = np.ones(len(pixels)), np.zeros(len(pixels))
-    return np.stack([np.column_stack([one, none, u, -v]), np.column_stack([none, one, v, u])], 1)
+    place_px = pixels - camera.matrix[:2, 2]
+    return np.stack([bend_px(target, 0.0, place_px) for target in PICTURE], -1)
 
 
 def view_rows(series: Series, targets: Sequence[str], camera: int = 1) -> FrameRows | None:

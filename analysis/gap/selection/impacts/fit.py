@@ -4,25 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact.given_impacts import part_of
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import Junctions, intersect
 from analysis.contact.law import (
     Law,
     LawData,
     fit_law,
+    fit_tangential,
     impulses_of,
+    lasting_law,
     law_data,
     outlier_count,
     predicted_tangential,
     stick_impulse,
 )
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
-from analysis.contact.tangential.lasting import LastingContact, fit_lasting
-from analysis.contact.wall_fit import LEAST_RESTITUTION, WallFit, fit_wall, lobe_order
+from analysis.contact.tangential.lasting import LastingContact, refit_lasting
+from analysis.contact.wall_fit import WallFit, fit_wall, lobe_order, outside_the_wall
+from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.wall import Wall
@@ -30,6 +35,8 @@ from analysis.walls.wall import Wall
 Array = NDArray[np.float64]
 # Strays of restitution that are still chance: so many, and this share (1 % is expected).
 MANY_OUTLIERS, MANY_OUTLIERS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
+# Impacts of other runs that a run's law along the wall is told by.
+FEWEST_HELD_OUT = 8
 #: law of a series with too few impacts to fit one
 NO_LAW = Law(*[float("nan")] * 7)
 
@@ -74,21 +81,39 @@ class ImpactFit:
             return self.lasting.impulse(stick_impulse(data, 0.0), data.normal_impulse)
         return predicted_tangential(data, self.law.wall_friction, self.law.tangential_restitution)
 
-    def in_the_wall(self, run: int, time_s: Array) -> NDArray[np.bool_]:
-        """At which times (N,) of a run the disk is in the wall, where contacts last.
+    def without(self, run: int) -> ImpactFit:
+        """The same with the law along the wall of the other runs; with its own where those are too few."""
+        return self._held_out.get(int(run), self)
 
-        Paths that meet it with v and leave it T later with eps v intersect eps T / (1 + eps) after the one and
-        T / (1 + eps) before the other."""
-        restitution = max(self.law.restitution, LEAST_RESTITUTION)
-        early_s = max(self.contact_slope_s, 0.0) if np.isfinite(restitution) else 0.0
-        met_s = np.sort(self.junctions.time_s[self.junctions.run == run])
-        if not early_s or not len(met_s):
-            return np.zeros(len(time_s), bool)
-        last = np.searchsorted(met_s, time_s) - 1
-        since_s = time_s - met_s[np.maximum(last, 0)]
-        until_s = met_s[np.minimum(last + 1, len(met_s) - 1)] - time_s
-        leaving = (last >= 0) & (since_s < early_s / restitution)
-        return np.asarray(leaving | ((last + 1 < len(met_s)) & (until_s < early_s)), bool)
+    @cached_property
+    def _held_out(self) -> dict[int, ImpactFit]:
+        """:meth:`without` each run whose impacts are known."""
+        if not np.isfinite(self.law.wall_friction):
+            return {}
+        others = {int(run): self.data.run != run for run in np.unique(self.data.run)}
+        return {
+            run: self._along_the_wall(part_of(self.data, those))
+            for run, those in others.items()
+            if np.count_nonzero(those) >= FEWEST_HELD_OUT
+        }
+
+    def _along_the_wall(self, data: LawData) -> ImpactFit:
+        """The same with the law along the wall that is likeliest for ``data``, sought from where it stands."""
+        start = self.law.wall_friction, self.law.tangential_restitution
+        (friction,), beta, scatter, misfit = fit_tangential(data, start=start)
+        law = replace(
+            self.law,
+            wall_friction=float(friction),
+            tangential_restitution=beta,
+            tangential_misfit=misfit,
+            tangential_scatter=scatter,
+        )
+        return replace(self, law=law, lasting=self.lasting and refit_lasting(impulses_of(data), self.lasting, scatter))
+
+    def outside_the_wall(self, runs: Sequence[Run]) -> list[Run]:
+        """``runs`` without the frames in which the disk is in the wall."""
+        delay_s = self.contact_slope_s if np.isfinite(self.law.restitution) else 0.0
+        return outside_the_wall(runs, self.junctions, delay_s, self.law.restitution)
 
 
 PLAIN_SHAPE = Shape()
@@ -113,14 +138,8 @@ def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> Impac
     slope, slope_sd = (
         (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     )
-    lasting = _lasting(data, law) if shape.finite and law.wall_friction > 0.0 else None
+    lasting = lasting_law(data, law) if shape.finite else None
     return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s, lasting)
-
-
-def _lasting(data: LawData, law: Law) -> LastingContact | None:
-    """The tangential law of contacts that last; None where stick or slide in an instant is likelier."""
-    found = fit_lasting(impulses_of(data), law.restitution, law.wall_friction, law.tangential_scatter)
-    return found if found.misfit < law.tangential_misfit else None
 
 
 def _from_start(data: LawData, start_s: Array) -> LawData:

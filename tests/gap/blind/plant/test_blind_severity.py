@@ -22,13 +22,19 @@ from tests.gap.blind.plant.rig import (
     say_what_they_follow,
 )
 
-GROUPS = ("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed")
+GROUPS = (
+    *("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed"),
+    "witnessed",
+)
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
 MOVED = [name for name in NAMES if name not in SEEN]
 BY_COUNT = "unknown_dropped_frame"  # its severity is how many runs it is in, not how much it does in one
 # How much of the slip comes back is seen in the spin.
-BY_THE_RIM = ("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner", "unknown_sheared_gel")
+BY_THE_RIM = (
+    *("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner", "unknown_sheared_gel"),
+    "unknown_curing_glue",
+)
 STAGES = {"overlooked": (7, 5, 2, 2)}  # how many causes of each; of the others six, five, two and three
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip half is more than half; light blows soon stick, and where a wall
@@ -38,6 +44,7 @@ BENT = {
     "unknown_slip_weakened_wall": 0.35,
     "unknown_hertzian_wall": 0.2,
     "unknown_flung_oil": 0.2,
+    "unknown_sloshing_oil": 0.35,
 }
 
 
@@ -74,6 +81,9 @@ def _acts(name):
             "unknown_knocked_lens": camera == "VW1",
             "unknown_sagging_arm": camera == "VW2",
             "unknown_blooming_markers": of_the_disk,
+            "unknown_exposure_control": camera == "VW2",
+            "unknown_sinking_head": camera == "VW2",
+            "unknown_bulging_lid": of_the_disk,
         }[name]
 
     return chosen

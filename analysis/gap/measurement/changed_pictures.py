@@ -1,0 +1,36 @@
+"""Cameras whose pictures have changed since their calibration in a way that has a form.
+
+What the lens fields, learnt from the recordings, have of one is told as left of the measurement; the series is without
+it, from its points on."""
+
+from __future__ import annotations
+
+import math
+
+from analysis.gap.cause import IN_PICTURE, SMALLEST_P, Structure
+from analysis.gap.measurement.fixed_markers import still_px
+from analysis.gap.series import Series
+from ovines.camera.bends import PictureChange
+
+
+def changed_pictures(series: Series) -> list[Structure]:
+    """What is left of the measurement: a structure for each change that counts."""
+    return [
+        Structure(
+            "measurement", "all", "x", f"{IN_PICTURE} {one.camera}: {one.words}",
+            one.size_px / still_px(series), 2 * one.log_odds, one.size_px, "px", chance_of(one),
+        )
+        for one in changes_of(series)
+    ]  # fmt: skip
+
+
+def changes_of(series: Series) -> list[PictureChange]:
+    """The changes that move markers by more than a still one may move."""
+    if series.cameras is None:
+        return []
+    return [one for one in series.picture_changes if one.size_px > still_px(series)]
+
+
+def chance_of(one: PictureChange) -> float:
+    """How often chance makes recordings so much likelier: at most the inverse of that (Markov's inequality)."""
+    return max(math.exp(-one.log_odds), SMALLEST_P)

@@ -1,0 +1,93 @@
+"""What a camera's whole picture may be off by from its calibration on: its zoom, its turn, a stretch, and how its lens
+bends it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+#: as targets of a written law name them
+SHIFT_U, SHIFT_V, ZOOM, TURN, STRETCH, RADIAL, DECENTRING = BENDS = (
+    "picture_u", "picture_v", "picture_zoom", "picture_turn", "picture_stretch", "picture_radial", "picture_decentring",
+)  # fmt: skip
+#: those with a direction in the picture, from u to v, and which turn of it (rad) leaves them as they were
+PERIODS_RAD = {STRETCH: np.pi, DECENTRING: 2 * np.pi}
+
+
+def bend_px(target: str, direction_rad: float, place_px: Array) -> Array:
+    """How places in a picture move with a unit of what a target names.
+
+    Parameters
+    ----------
+    target
+        One of ``BENDS``: a shift (px) along u or v; the share of a zoom; the angle of a turn (rad, from u to v); the
+        share by which the picture is longer along a direction and shorter across it; what the square of the distance
+        makes of the zoom (1/px^2; Brown's first radial term); how far a lens sits off its axis along a direction (1/px;
+        Brown's decentring).
+    direction_rad
+        Of a stretch or a decentring, in the picture, from u to v.
+    place_px
+        Places (N, 2) from the principal point.
+
+    Returns
+    -------
+    Moves (N, 2) in pixels, for a unit of the target.
+
+    Examples
+    --------
+    >>> bend_px("picture_turn", 0.0, np.array([[100.0, 0.0]])).tolist()
+    [[-0.0, 100.0]]
+    """
+    u, v = place_px.T
+    c, s = np.cos(direction_rad), np.sin(direction_rad)
+    if target in (SHIFT_U, SHIFT_V):
+        return np.repeat([[float(target == SHIFT_U), float(target == SHIFT_V)]], len(place_px), 0)
+    if target == ZOOM:
+        return place_px.copy()
+    if target == TURN:
+        return np.column_stack([-v, u])
+    if target == STRETCH:
+        c, s = c * c - s * s, 2 * c * s
+        return np.column_stack([c * u + s * v, s * u - c * v])
+    square = u * u + v * v
+    if target == RADIAL:
+        return np.asarray(square[:, None] * place_px)
+    if target == DECENTRING:
+        along = c * u + s * v
+        return np.column_stack([square * c + 2 * along * u, square * s + 2 * along * v])
+    raise ValueError(target)
+
+
+WORDS = {
+    ZOOM: "it is larger or smaller", TURN: "it is turned", STRETCH: "it is longer one way than the other",
+    RADIAL: "its radial distortion: a lens that was focused anew", DECENTRING: "a lens that sits off its axis",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class PictureChange:
+    """A camera's picture is off by ``value`` of what ``target`` names, along ``direction_rad`` where it has one.
+
+    ``sd``, ``direction_sd_rad``; ``size_px`` RMS over where markers went; ``log_odds``: natural logarithm of how much
+    likelier the recordings are with it than with smooth fields alone; squares that smooth fields and all changes of a
+    series take off each run (R,), learnt from the others: ``before``, and what they take beside the changes:
+    ``after``."""
+
+    camera: str
+    target: str
+    value: float
+    sd: float
+    direction_rad: float
+    direction_sd_rad: float
+    size_px: float
+    log_odds: float
+    before: Array
+    after: Array
+
+    @property
+    def words(self) -> str:
+        """What has happened, for people."""
+        return WORDS[self.target]
