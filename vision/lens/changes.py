@@ -29,6 +29,9 @@ Block = tuple[Array, Array]
 ASKED = (ZOOM, TURN, STRETCH, RADIAL, DECENTRING)
 # What is believed of a change beforehand: RMS over the places of the markers (px).
 EXPECTED_PX = 1.0
+# A camera that was touched bends its picture by less (RMS, px): what asks for more is a window, a calibration or an
+# identity that is wrong (a window that was forgotten asked for 13 px).
+MOST_PX = 5.0
 # Natural logarithm of the odds from which a change is told, for each of the forms that were tried.  Of 79 series with
 # a smooth residual of the lens, or with other faults of the cameras, none came to more than 2.5, but for one whose
 # markers bloom (10.7); lenses focused anew by 0.2 px at 300 px came to 59 and 63, beside such a residual to 26.
@@ -134,6 +137,8 @@ def find_changes(
         told = (mean[own], covariance[own, own], best(chosen) - without, before, after)
         changes.append(_told(forms[k], cameras, *told))
         first = own.stop
+    if max(one.size_px for one in changes) > MOST_PX:
+        return Changed((), np.zeros_like(whole[0]))
     return Changed(tuple(changes), prior)
 
 

@@ -21,7 +21,7 @@ from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import MOST_PLACES, OPEN_TERMS, open_terms
 from vision.lens.prior import FIRST_GUESS, LENGTHS_PX, calibration_part, smooth_prior
 from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, markers_of, sightings_of
-from vision.lens.stretch import NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
+from vision.lens.stretch import LEAST_STRETCH_SD, NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
 from vision.smooth_field import AMPLITUDES_PX, Solved, likeliest, rooted
 
 Array = NDArray[np.float64]
@@ -116,7 +116,9 @@ def _of_rigid_bodies(
         fewer = [left for one in runs if len((left := one.without(stretched.marker)).frame)]
         enough = _frames(fewer) >= FEWEST_FRAMES
         without = learn(fewer) if enough else None
-        if stretched.over <= 1 and not (without is not None and _at_odds(stretched, without)):
+        # A lens that has changed may stretch a picture more; it does so whichever markers show it.
+        changed = without is not None and len(without.estimate.changes) > 0
+        if (stretched.over <= 1 or changed) and not (without is not None and _at_odds(stretched, without)):
             break
         loose.append(names[stretched.marker])
         if without is None:
@@ -133,7 +135,7 @@ def _at_odds(stretched: Stretched, without: _Learnt) -> bool:
     if without.estimate.field is None or without.posterior is None:
         return True
     off = stretched.stretch - stretched.along @ without.posterior.mean
-    covariance = stretched.along @ without.posterior.covariance @ stretched.along.T
+    covariance = stretched.along @ without.posterior.covariance @ stretched.along.T + LEAST_STRETCH_SD**2 * np.eye(2)
     return bool(off @ np.linalg.solve(covariance, off) > ODDS_SD**2)
 
 
@@ -192,9 +194,7 @@ def _estimate(
         return _Learnt(LensEstimate(None, terms, note))
     for one in changed.changes:
         note += f"; since its calibration the picture of {one.camera} has changed by {one.size_px:.2g} px ({one.words})"
-    # No marker that moves on its body makes a field of such a form: only what is left beside it is held against one.
-    formed = changed.prior @ np.linalg.solve(posterior.expected, posterior.mean)
-    worst = most_stretched(runs, lattices, posterior.mean - formed, calibration)
+    worst = most_stretched(runs, lattices, posterior.mean, calibration)
     found = LensEstimate(field_table(posterior, lattices, pair), terms, note, (), changed.changes)
     return _Learnt(found, worst, posterior)
 
