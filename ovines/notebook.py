@@ -148,12 +148,10 @@ def lens(
     (['VW1', 'VW2'], True)
     """
     from ovines.camera import with_fields
-    from ovines.lens_field import lens_fields
     from vision.lens.estimate import learn_lens_field
 
     found = learn_lens_field(tracks, recordings, cameras)
-    fields = {} if found.field is None else lens_fields(found.field, found.terms)
-    return list(with_fields(cameras, fields)), found.terms
+    return list(with_fields(cameras, found.fields)), found.terms
 
 
 def triangulate(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording) -> pd.DataFrame:

@@ -29,7 +29,7 @@ from analysis.gap.measurement.tests import measurement_tests
 from analysis.identify import identify_series
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from ovines.camera import Camera, with_fields
-from ovines.lens_field import LensField, lens_fields
+from ovines.lens_field import LensField
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import Recording, read_series
 from ovines.tables import read_table
@@ -108,7 +108,7 @@ def shapes_and_restitution(n_series: int, runs: int, first: int) -> None:
                 put = draw_residual(np.random.default_rng(100 + seed))
                 tracks = [with_residual(t, cameras, r, put) for t, r in zip(plain, recordings, strict=True)]
                 found = learn_lens_field(tracks, recordings, cameras)
-                fields = {} if found.field is None else lens_fields(found.field, found.terms)
+                fields = found.fields
                 rms = left_px(fields, put, cameras, tracks, recordings[0])
                 line = f"{sd_px:5.2f} {correlation:3.1f} | " + " ".join(f"{one:.4f}" for one in rms)
                 line += f" | {rms[2] / GOAL_PX:.2f}"

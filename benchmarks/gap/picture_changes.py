@@ -4,7 +4,7 @@
 
 Series of the blind plant, white, correlated and lens noise in turn: without any cause, and with a first camera that was
 focused anew or whose lens was knocked off its axis, at three severities.  Told: natural logarithm of the odds of the
-likeliest change (what is told needs 9 and the logarithm of how many were tried), and its size over the true one.
+likeliest change (what is told needs 6 and the logarithm of how many were tried), and its size over the true one.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.recording.picture import REFOCUS_PX
 from analysis.blind.series import make_series
 from ovines.camera import read_calibration
+from ovines.camera.bends import CHANGES
 from ovines.recording import read_series
 from ovines.tables import read_table
 from vision.lens.estimate import learn_lens_field
@@ -53,7 +54,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=4)
     parser.add_argument("--seed", type=int, default=7)
     asked = parser.parse_args()
-    needed = looked_for.SURE + np.log(2 * len(looked_for.ASKED))
+    needed = looked_for.SURE + np.log(2 * len(CHANGES))
     looked_for.SURE, looked_for.MOST_CHANGES = -np.inf, 1  # the likeliest, however likely
     print(f"told from {needed:.1f} on")
     for number in range(asked.series):

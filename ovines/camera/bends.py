@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 SHIFT_U, SHIFT_V, ZOOM, TURN, STRETCH, RADIAL, DECENTRING = BENDS = (
     "picture_u", "picture_v", "picture_zoom", "picture_turn", "picture_stretch", "picture_radial", "picture_decentring",
 )  # fmt: skip
+#: those that somebody who touches a camera makes, and that no window or pose takes
+CHANGES = (ZOOM, TURN, STRETCH, RADIAL, DECENTRING)
 #: those with a direction in the picture, from u to v, and which turn of it (rad) leaves them as they were
 PERIODS_RAD = {STRETCH: np.pi, DECENTRING: 2 * np.pi}
 

@@ -71,6 +71,23 @@ def test_a_change_beside_a_lens_that_is_not_exact(rig):
     assert one.target == RADIAL and one.value == pytest.approx(2e-8, rel=0.25)
 
 
+def test_a_large_change_makes_no_marker_loose(rig):
+    """It stretches the picture by more than a lens does that nobody has touched, whichever markers show it."""
+    found = learnt(rig, bent(rig, filmed(rig, 0.0, correlation=CORRELATION), RADIAL, 1e-7, 0.0))
+    assert found.loose == () and [one.target for one in found.changes] == [RADIAL]
+    assert found.changes[0].value == pytest.approx(1e-7, rel=0.03)
+
+
+def test_a_single_run_is_held_out_by_its_halves_and_one_of_a_frame_says_nothing(rig):
+    tracks = bent(rig, filmed(rig, 0.0), RADIAL, 4e-8, 0.0)
+    (one,) = learnt(rig, tracks[:1]).changes
+    assert one.target == RADIAL and len(one.before) == 2 and one.after.sum() < 0.03 * one.before.sum()
+    with_one = learnt(rig, [*tracks, tracks[0][tracks[0]["frame"] == 3]])
+    assert [(one.value, len(one.before)) for one in with_one.changes] == [
+        (one.value, len(tracks)) for one in learnt(rig, tracks).changes
+    ]
+
+
 @pytest.mark.parametrize(("size", "seed"), [(0.0, 0), (0.2, 1), (0.4, 2)])
 def test_no_change_where_nothing_has_happened(rig, size, seed):
     found = learnt(rig, filmed(rig, size, correlation=CORRELATION, seed=seed))

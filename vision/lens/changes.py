@@ -1,10 +1,10 @@
 """How a camera's picture has changed since its calibration, as far as a few numbers tell it: a zoom, a turn, a
 stretch, a lens that was focused anew or sits off its axis.
 
-What a calibration leaves of a lens is smooth and has no form; what happens to a camera has one.  Each change is held
-against the recordings beside a smooth field of any size: it is there where the recordings are far likelier with it,
-which its own form makes of it: one number in place of hundreds.  With it comes what rigid bodies leave open of a field
-without a form, its scale and its tilt.
+What a calibration leaves of a lens is smooth and has no form; what happens to a camera has one.  Each form is held
+against the recordings beside a smooth field of any size.  It is told where the recordings are far likelier with it: one
+number then does what a field without a form needs hundreds for.  With it the field has what rigid bodies leave open of
+one without a form, its scale and its tilt.
 """
 
 from __future__ import annotations
@@ -19,14 +19,13 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from ovines.camera import Camera
-from ovines.camera.bends import DECENTRING, PERIODS_RAD, RADIAL, STRETCH, TURN, ZOOM, PictureChange, bend_px
+from ovines.camera.bends import CHANGES, PERIODS_RAD, PictureChange, bend_px
 from vision.lens.lattice import Lattice
 from vision.smooth_field import AMPLITUDES_PX, Solved
 
 Array = NDArray[np.float64]
 #: information (P, P) and right side (P,) of the fields of both cameras
 Block = tuple[Array, Array]
-ASKED = (ZOOM, TURN, STRETCH, RADIAL, DECENTRING)
 # What is believed of a change beforehand: RMS over the places of the markers (px).
 EXPECTED_PX = 1.0
 # A camera that was touched bends its picture by less (RMS, px): what asks for more is a window, a calibration or an
@@ -87,7 +86,7 @@ class Changed:
 def find_changes(
     whole: Block,
     runs: Callable[[], Sequence[Block]],
-    solve: Callable[[Block, float], Solved],
+    solve: Callable[[Block, Sequence[float]], Sequence[Solved]],
     amplitude_px: float,
     lattices: Sequence[Lattice],
     cameras: Sequence[Camera],
@@ -98,7 +97,7 @@ def find_changes(
     Parameters
     ----------
     whole, runs : of the whole series and of each run, in units of the noise
-    solve : (data, amplitude in px) -> the data under a smooth field of that amplitude
+    solve : (data, amplitudes in px) -> the data under a smooth field of each of these
     amplitude_px : the likeliest without changes
     places_px : (N, 2) of each camera, where markers went
     """
@@ -107,7 +106,7 @@ def find_changes(
     ends = np.cumsum([0, *(form.columns.shape[1] for form in forms)])
     where = [np.arange(first, last) for first, last in pairwise(ends)]
     amplitudes = sorted({*AMPLITUDES_PX[::EVERY], amplitude_px})
-    besides = [_beside(solve(whole, amplitude), whole, columns) for amplitude in amplitudes]
+    besides = [_beside(solved, whole, columns) for solved in solve(whole, amplitudes)]
 
     def best(chosen: Sequence[int]) -> float:
         at = np.concatenate([where[k] for k in chosen]) if chosen else np.zeros(0, np.int64)
@@ -127,7 +126,7 @@ def find_changes(
     number = int(np.argmax([one.log_odds(at) for one in besides]))
     mean, covariance = besides[number].sizes(at)
     prior = EXPECTED_PX**2 * columns[:, at] @ columns[:, at].T
-    before, after = _by_run(runs(), solve, amplitudes[number], columns[:, at])
+    before, after = _by_run(runs(), lambda data: solve(data, [amplitudes[number]])[0], columns[:, at])
     if not after.sum() < before.sum():  # it does not hold in runs that it was not learnt from: of no camera
         return Changed((), np.zeros_like(whole[0]))
     changes, first = [], 0
@@ -142,16 +141,12 @@ def find_changes(
     return Changed(tuple(changes), prior)
 
 
-def _sum(blocks: Sequence[Block]) -> Block:
-    return np.sum([one[0] for one in blocks], 0), np.sum([one[1] for one in blocks], 0)
-
-
 def _forms(lattices: Sequence[Lattice], cameras: Sequence[Camera], places_px: Sequence[Array]) -> list[_Form]:
     sizes = [2 * lattice.size for lattice in lattices]
     out = []
     for c, (lattice, camera, places) in enumerate(zip(lattices, cameras, places_px, strict=True)):
         middle = camera.matrix[:2, 2]
-        for target in ASKED:
+        for target in CHANGES:
             period = PERIODS_RAD.get(target)
             directions = (0.0,) if period is None else (0.0, period / 4)
             size = float(np.sqrt(np.mean(np.sum(bend_px(target, 0.0, places - middle) ** 2, 1))))
@@ -184,17 +179,15 @@ def _beside(solved: Solved, data: Block, columns: Array) -> _Beside:
     return _Beside(solved.evidence, columns.T @ along - half.T @ half, columns.T @ left)
 
 
-def _by_run(
-    blocks: Sequence[Block], solve: Callable[[Block, float], Solved], amplitude: float, columns: Array
-) -> tuple[Array, Array]:
+def _by_run(blocks: Sequence[Block], solve: Callable[[Block], Solved], columns: Array) -> tuple[Array, Array]:
     """Squares (R,) that changes and a smooth field, learnt from the other runs, take off each run, and how much of that
     the field takes beside the changes."""
-    whole = _sum(blocks)
+    whole = np.sum([one[0] for one in blocks], 0), np.sum([one[1] for one in blocks], 0)
     at = np.arange(columns.shape[1])
     before, after = np.zeros(len(blocks)), np.zeros(len(blocks))
     for number, (information, right) in enumerate(blocks):
-        others = (whole[0] - information, whole[1] - right) if len(blocks) > 1 else whole
-        solved = solve(others, amplitude)
+        others = whole[0] - information, whole[1] - right
+        solved = solve(others)
         changed = columns @ _beside(solved, others, columns).sizes(at)[0]
         field = changed + solved.mean(others[1] - others[0] @ changed)
         by_changes, by_all = (float(2 * right @ one - one @ information @ one) for one in (changed, field))

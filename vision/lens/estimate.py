@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from ovines.camera.bends import PictureChange
+from ovines.lens_field import LensField, lens_fields
 from ovines.recording import Recording
 from ovines.workers.threads import in_threads
 from vision.lens.changes import Block, Changed, find_changes
@@ -21,13 +22,14 @@ from vision.lens.open_terms import MOST_PLACES, open_terms
 from vision.lens.posterior import Posterior, fields_only, held_out, noise_variance, posterior_of
 from vision.lens.prior import calibration_part, smooth_prior
 from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, markers_of, sightings_of
-from vision.lens.stretch import LEAST_STRETCH_SD, NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
+from vision.lens.stretch import NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
 from vision.lens.tables import field_table, terms_table
 from vision.smooth_field import Solved, rooted
 
 Array = NDArray[np.float64]
 
 FEWEST_FRAMES = 200  # with Host and NES in both views, over all runs
+FEWEST_OF_RUN = 2  # a run has two halves
 SURE_SD = 5.0  # a field that predicts the other halves of the runs by less than this is not used
 _FEWEST_SITES = 5  # along u and v: a cubic spline needs four nodes
 
@@ -43,6 +45,11 @@ class LensEstimate:
     note: str
     loose: tuple[str, ...] = ()
     changes: tuple[PictureChange, ...] = ()
+
+    @property
+    def fields(self) -> dict[str, LensField]:
+        """The field of each camera, by its name; none where none is used."""
+        return {} if self.field is None else lens_fields(self.field, self.terms)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +86,7 @@ def learn_lens_field(
     if len(pair) != 2:
         return _nothing(0, "not two cameras")
     sightings = [sightings_of(one, pair, recording) for one, recording in zip(tracks, recordings, strict=True)]
-    runs = [one for one in sightings if one is not None and len(one.frame)]
+    runs = [one for one in sightings if one is not None and len(one.frame) >= FEWEST_OF_RUN]
     if len({tuple(one.body) for one in runs}) != 1:
         return _nothing(0, "Host and NES with their layouts are not in all runs" if not runs else "runs differ")
     pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
@@ -95,7 +102,7 @@ def _of_rigid_bodies(
     loose: list[str] = []
     learnt = learn(runs)
     while (stretched := learnt.stretched).over > SUSPECT:
-        fewer = [left for one in runs if len((left := one.without(stretched.marker)).frame)]
+        fewer = [left for one in runs if len((left := one.without(stretched.marker)).frame) >= FEWEST_OF_RUN]
         enough = _frames(fewer) >= FEWEST_FRAMES
         without = learn(fewer) if enough else None
         # A lens that has changed may stretch a picture more; it does so whichever markers show it.
@@ -117,7 +124,7 @@ def _at_odds(stretched: Stretched, without: _Learnt) -> bool:
     if without.estimate.field is None or without.posterior is None:
         return True
     off = stretched.stretch - stretched.along @ without.posterior.mean
-    covariance = stretched.along @ without.posterior.covariance @ stretched.along.T + LEAST_STRETCH_SD**2 * np.eye(2)
+    covariance = stretched.along @ without.posterior.covariance @ stretched.along.T
     return bool(off @ np.linalg.solve(covariance, off) > ODDS_SD**2)
 
 
@@ -153,7 +160,12 @@ def _estimate(
     calibration = calibration_part(lattices, pair, covariance, height_m)
     whole = (blocks[0][0] + blocks[1][0], blocks[0][1] + blocks[1][1])
     posterior = posterior_of(whole, lattices, calibration)
-    changed = _changes(runs, pair, lattices, halves, noise, whole, calibration, posterior)
+
+    def of_each() -> list[Block]:  # of a single run its halves
+        both = zip(*halves, strict=True)
+        return blocks if len(runs) == 1 else [fields_only(one + other, noise) for one, other in both]
+
+    changed = _changes(runs, pair, lattices, (whole, of_each), calibration, posterior)
     if changed.changes:
         posterior = posterior_of(whole, lattices, calibration + changed.prior)
     sureness, gain = held_out(blocks, posterior.expected)
@@ -185,29 +197,24 @@ def _changes(
     runs: Sequence[Sightings],
     pair: Sequence[Camera],
     lattices: Sequence[Lattice],
-    halves: Sequence[Sequence[NormalEquations]],
-    noise: float,
-    whole: Block,
+    data: tuple[Block, Callable[[], Sequence[Block]]],
     calibration: Array,
     posterior: Posterior,
 ) -> Changed:
-    """Changes of the pictures that have a form, beside a smooth field of the likeliest length."""
+    """Changes of the pictures that have a form, beside a smooth field of the likeliest length; ``data``: that of all
+    runs, and of each."""
     smooth = smooth_prior(lattices, posterior.length_px)
 
-    once = rooted(*whole, smooth) if not calibration.any() else None
-
-    def solve(data: Block, amplitude_px: float) -> Solved:
+    def solve(own: Block, amplitudes_px: Sequence[float]) -> list[Solved]:
         if calibration.any():
-            return rooted(*data, amplitude_px**2 * smooth + calibration).solved()
-        return (once if once is not None and data is whole else rooted(*data, smooth)).solved(amplitude_px)
-
-    def by_run() -> list[Block]:
-        return [fields_only(first + second, noise) for first, second in zip(*halves, strict=True)]
+            return [rooted(*own, one**2 * smooth + calibration).solved() for one in amplitudes_px]
+        scaled = rooted(*own, smooth)
+        return [scaled.solved(one) for one in amplitudes_px]
 
     pixels = np.concatenate([one.uv_px[:, one.body >= 0].reshape(-1, 2, 2) for one in runs])
     pixels = pixels[np.isfinite(pixels).all((-1, -2))]
     pixels = pixels[:: max(1, len(pixels) // MOST_PLACES)]
-    return find_changes(whole, by_run, solve, posterior.amplitude_px, lattices, pair, [pixels[:, 0], pixels[:, 1]])
+    return find_changes(*data, solve, posterior.amplitude_px, lattices, pair, [pixels[:, 0], pixels[:, 1]])
 
 
 def _nothing(frames: int, why: str) -> LensEstimate:

@@ -29,8 +29,6 @@ CALIBRATION_SD = 3.0
 # against it: beyond so many of their sds they are not the same lens.  Lenses were within 1.8 sds (eight series),
 # markers that give way by 0.1 mm RMS beside one beyond 17 (three).
 SUSPECT, ODDS_SD = 0.3, 5.0
-# No field knows a stretch better than this: a form of one number would, but for what its equations leave out.
-LEAST_STRETCH_SD = 2e-4
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import math
 from analysis.gap.cause import IN_PICTURE, SMALLEST_P, Structure
 from analysis.gap.measurement.fixed_markers import still_px
 from analysis.gap.series import Series
-from ovines.camera.bends import PictureChange
+from ovines.camera.bends import CHANGES, PictureChange
 
 
 def changed_pictures(series: Series) -> list[Structure]:
@@ -18,7 +18,7 @@ def changed_pictures(series: Series) -> list[Structure]:
     return [
         Structure(
             "measurement", "all", "x", f"{IN_PICTURE} {one.camera}: {one.words}",
-            one.size_px / still_px(series), 2 * one.log_odds, one.size_px, "px", chance_of(one),
+            one.size_px / still_px(series), 2 * one.log_odds, one.size_px, "px", chance_of(one, series),
         )
         for one in changes_of(series)
     ]  # fmt: skip
@@ -31,6 +31,8 @@ def changes_of(series: Series) -> list[PictureChange]:
     return [one for one in series.picture_changes if one.size_px > still_px(series)]
 
 
-def chance_of(one: PictureChange) -> float:
-    """How often chance makes recordings so much likelier: at most the inverse of that (Markov's inequality)."""
-    return max(math.exp(-one.log_odds), SMALLEST_P)
+def chance_of(one: PictureChange, series: Series) -> float:
+    """How often chance makes recordings so much likelier by one of the forms of one of the cameras: of each at most the
+    inverse of that (Markov's inequality)."""
+    tried = len(CHANGES) * len(series.cameras or ())
+    return min(max(tried * math.exp(-one.log_odds), SMALLEST_P), 1.0)

@@ -12,7 +12,7 @@ import pandas as pd
 from ovines.camera import Camera, with_fields
 from ovines.errors import InputError
 from ovines.pipeline.runner import run_stages
-from ovines.pipeline.series.lens import fields_of, learn_together
+from ovines.pipeline.series.lens import learn_together
 from ovines.pipeline.stages import location
 from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.motion import host_at_rest, refuse_uninformative
@@ -59,7 +59,7 @@ def load_series(
     motions: list[pd.DataFrame] = []
     for recording, kind, table, seen in zip(recordings, entries, brought.tables, brought.cameras, strict=True):
         if seen is not None:
-            cameras = with_fields(seen, fields_of(brought.lens))
+            cameras = with_fields(seen, {} if brought.lens is None else brought.lens.fields)
             tracks.append(table)
             table = triangulate_again(table, cameras, recording, (0.0, 0.0))
             kind = "points"

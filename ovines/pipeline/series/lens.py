@@ -13,7 +13,6 @@ import pandas as pd
 from ovines.camera import Camera, calibration_json
 from ovines.errors import InputError
 from ovines.io.provenance import provenance, sha256_of
-from ovines.lens_field import LensField, lens_fields
 from ovines.pipeline.code import code_digest
 from ovines.pipeline.stages import SERIES_LENS, is_fresh, location, parameters_of, stage
 from ovines.plausibility.calibration import calibrated
@@ -75,11 +74,6 @@ def _readable(recording: Recording, inputs: dict[str, Path]) -> tuple[pd.DataFra
         return tracks, recording, calibrated(inputs[f"{name}/calibration.json"], recording)
     except (InputError, KeyError):
         return None
-
-
-def fields_of(found: LensEstimate | None) -> dict[str, LensField]:
-    """The joint fields of a series by the camera's name; none where there is nothing to learn from."""
-    return {} if found is None or found.field is None else lens_fields(found.field, found.terms)
 
 
 def learn_together(

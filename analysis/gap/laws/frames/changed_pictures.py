@@ -28,7 +28,7 @@ def _law(one: PictureChange, series: Series) -> LawFound:
         law,
         law,
         {name: (value, sd, unit) for (name, (value, unit)), sd in numbers},
-        chance_of(one),
+        chance_of(one, series),
         one.before,
         one.after,
         np.zeros_like(one.before),
