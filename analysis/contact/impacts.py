@@ -59,7 +59,8 @@ class Junctions:
     ``covariance`` (K, 13, 13) with the time's as last; Host's pose and rate (K, 4) there; ``mismatch`` chi-square of
     continuity (2 degrees);
     ``sideways_m`` what failed to meet across the velocity step; ``run`` and ``flight`` index; ``drive_rad`` phase of
-    the drive there and ``drive_start_rad`` at t = 0."""
+    the drive there and ``drive_start_rad`` at t = 0; ``lean_rad`` (K,) by which a law of the wall's shape turns its
+    normal there, nil where none is known."""
 
     state: Array
     time_s: Array
@@ -72,6 +73,7 @@ class Junctions:
     flight: NDArray[np.int64]
     drive_rad: Array
     drive_start_rad: Array
+    lean_rad: Array
     radius_m: float
 
     def __len__(self) -> int:
@@ -167,12 +169,14 @@ def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
             np.zeros(0, np.int64),
             none,
             none,
+            none,
             radius,
         )
     state, time, covariance, host, rate, mismatch, sideways, drive, start, run, before = (
         np.array(c) for c in zip(*rows, strict=True)
     )
-    return Junctions(state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, radius)
+    lean = np.zeros(len(rows))
+    return Junctions(state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, lean, radius)
 
 
 class _Meeting(NamedTuple):
@@ -315,6 +319,7 @@ def _evaluate(
     before, after = state[:, :6], state[:, 6:]
     centre = _place(state, shift, junctions, wall)
     seen = wall.seen(surface, centre, junctions.host[:, 3], junctions.radius_m)
+    seen[:, 1] += junctions.lean_rad
     er = np.stack([np.cos(seen[:, 1]), np.sin(seen[:, 1])], -1)
     et = np.stack([-er[:, 1], er[:, 0]], -1)
     # The contact from the Host's centre, and from the centre of mass.

@@ -35,7 +35,12 @@ from analysis.gap.selection.flight_steps import (
     select_flight_effects,
 )
 from analysis.gap.selection.flights.fit import FlightFit
-from analysis.gap.selection.impact_steps import ImpactSteps, select_impact_effects, unexplained_scatter
+from analysis.gap.selection.impact_steps import (
+    ImpactSteps,
+    beside_wall_law,
+    select_impact_effects,
+    unexplained_scatter,
+)
 from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.selection.inertia import (
     NEGLIGIBLE,
@@ -176,6 +181,25 @@ def with_contacts_of(
         ladder,
         impacts=impacts,
         centres=tuple(offsets),
+        causes=tuple(sorted(causes, key=lambda c: -c.strength)),
+        structure=tuple(sorted(structure, key=lambda s: -s.strength)),
+    )
+
+
+def with_leaning_wall(
+    ladder: Ladder, leaning: ImpactFit, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
+) -> Ladder:
+    """The ladder whose impacts are at a wall whose normal a law of its shape turns (``leaning``): what is normal of
+    them and what tangential passes for restitution and friction otherwise."""
+    impacts = beside_wall_law(ladder.impacts, leaning, stated_effects(ladder.series), withheld, rng)
+    known, before = withheld.union(stated_effects(ladder.series)), {id(c) for c in ladder.impacts.causes}
+    causes = [c for c in ladder.causes if id(c) not in before]
+    causes += [c for c in impacts.causes if c.effect not in known]
+    structure = [s for s in ladder.structure if s.stage != "impact"]
+    structure += [s for s in impacts.structure if s.stage == "impact"]
+    return replace(
+        ladder,
+        impacts=impacts,
         causes=tuple(sorted(causes, key=lambda c: -c.strength)),
         structure=tuple(sorted(structure, key=lambda s: -s.strength)),
     )

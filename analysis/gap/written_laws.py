@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
-from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contacts_of
+from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contacts_of, with_leaning_wall
 from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
@@ -23,13 +23,21 @@ from analysis.gap.laws.impact_law import (
     find_impact_law,
     find_wall_law,
     impact_law_sizes,
+    leaning_wall,
     needless_beside,
+)
+from analysis.gap.laws.instead import (
+    flight_law_instead,
+    restitution_law_instead,
     wall_law_instead,
+    without_effects,
 )
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, first_flights, sized_beside
+from analysis.gap.selection.impact_steps import ImpactSteps
+from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.thresholds import (
     DISTANCE_NEGLIGIBLE,
     ELLIPTICITY_NEGLIGIBLE,
@@ -72,14 +80,14 @@ def write_laws(
     if law is not None and law.fitted is not None and law.closed > UNPROMPTED_CLOSED:
         flights = law.fitted[1]
         ladder = with_contacts_of(ladder, flights, rng, withheld)
-    found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng)
+    found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng, withheld)
     # A law that is surely an effect of the library has its name: a drift of the restitution that gains less than a name
     # must.
     names = [_surely_effect(one, ladder, flights.fits) for one in found if one is not None]
     name = next((one for one in names if one is not None), None)
     if name is not None and name not in (*withheld, *ladder.impacts.restitution_terms):
         ladder = with_contacts_of(ladder, flights, rng, withheld, (name,))
-        found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng)
+        found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng, withheld)
     if unprompted:
         structure = sorted((*ladder.structure, *unprompted), key=lambda one: -one.strength)
         ladder = replace(ladder, structure=tuple(structure))
@@ -130,6 +138,7 @@ def _flight_law(
     law, steps = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng, least)
     if law is None or law.closed <= LAW_LEAST_CLOSED:
         return None, ladder  # nor does it change the names beside it, or their sizes
+    law, steps = flight_law_instead(ladder.series.runs, steps, law, ladder.series.frame, rng) or (law, steps)
     if "flight" not in left:
         if _believed(law, law.size, least) is None:
             return None, ladder
@@ -159,7 +168,7 @@ def _sized_beside(ladder: Ladder, law: LawFound, steps: FlightSteps) -> Ladder:
 
 
 def _contact_laws(
-    ladder: Ladder, fits: Sequence[FlightFits], rng: np.random.Generator
+    ladder: Ladder, fits: Sequence[FlightFits], rng: np.random.Generator, withheld: frozenset[str]
 ) -> tuple[list[LawFound | None], list[Structure], Ladder]:
     """Laws of the impacts and the wall's shape, what is left where only they show it, and the ladder without the names
     that they make needless.
@@ -171,36 +180,46 @@ def _contact_laws(
         return [], [], ladder
     lens, left = ladder.measurement.lens_residual_found, {one.stage for one in ladder.structure}
     laws, structure = list[LawFound | None](), list[Structure]()
+    under_lens = ELLIPTICITY_UNDER_LENS / ELLIPTICITY_NEGLIGIBLE if lens and "geometry" not in left else 1.0
+    least_m = DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m * under_lens
+    wall, ladder = _wall_law_instead(ladder, fits, least_m, rng)
     # A contact that lasts follows another tangential law, and its distances grow with the speed.
     instant = not ladder.impacts.shape.finite
+    if wall is None and (instant or "geometry" in left):
+        wall = _wall_law(ladder, fits, "geometry" in left, least_m, rng)
+    if wall is not None and wall.closed > LAW_LEAST_CLOSED:
+        ladder = with_leaning_wall(ladder, leaning_wall(wall, _fitted(ladder), fits), rng, withheld)
+        left = {one.stage for one in ladder.structure}
+        if "geometry" not in left:
+            structure.append(_law_structure(wall, "geometry", "radius", wall.size, least_m))
     if instant or "impact" in left:
         law, more, ladder = _impact_law(ladder, fits, "impact" in left, rng)
-        laws, structure = [law], list(more)
-    if instant or "geometry" in left:
-        under_lens = ELLIPTICITY_UNDER_LENS / ELLIPTICITY_NEGLIGIBLE if lens and "geometry" not in left else 1.0
-        least_m = DISTANCE_NEGLIGIBLE * ladder.series.contact_radius_m * under_lens
-        law, ladder = _wall_law(ladder, fits, "geometry" in left, least_m, rng)
-        if law is not None and "geometry" not in left:
-            structure.append(_law_structure(law, "geometry", "radius", law.size, least_m))
-        laws.append(law)
-    return laws, structure, ladder
+        laws, structure = [law], [*more, *structure]
+    return [*laws, wall], structure, ladder
+
+
+def _wall_law_instead(
+    ladder: Ladder, fits: Sequence[FlightFits], least_m: float, rng: np.random.Generator
+) -> tuple[LawFound | None, Ladder]:
+    """The law of the wall's shape where one formula says more than the named shapes, and the ladder without these."""
+    found = wall_law_instead(ladder.impacts, fits, ladder.series.frame, least_m, rng)
+    if found is None or _believed(found[0], found[0].size, least_m) is None:
+        return None, ladder
+    return found[0], _without(ladder, found[1])
 
 
 def _wall_law(
     ladder: Ladder, fits: Sequence[FlightFits], asked: bool, least_m: float, rng: np.random.Generator
-) -> tuple[LawFound | None, Ladder]:
-    """The law of the wall's shape beside the named ones or, where one formula says more than these, instead of them
-    (``asked``: a probe has found something)."""
-    frame, steps = ladder.series.frame, ladder.impacts
-    instead = wall_law_instead(steps, fits, frame, least_m, rng)
-    if instead is not None and _believed(instead[0], instead[0].size, least_m) is not None:
-        law, fewer = instead
-        gone = {c.effect for c in steps.causes} - {c.effect for c in fewer.causes}
-        causes = tuple(c for c in ladder.causes if c.effect not in gone)
-        return law, replace(ladder, impacts=fewer, causes=causes)
-    assert steps.fitted is not None, "no impacts: there is nothing to ask"
-    found = find_wall_law(steps.fitted, fits, frame, least_m, rng, LEVEL_WHERE_LEFT if asked else LEVEL)
-    return (found if found is None or asked else _believed(found, found.size, least_m)), ladder
+) -> LawFound | None:
+    """The law of the wall's shape beside the named ones (``asked``: a probe has found something)."""
+    level = LEVEL_WHERE_LEFT if asked else LEVEL
+    found = find_wall_law(_fitted(ladder), fits, ladder.series.frame, least_m, rng, level)
+    return found if found is None or asked else _believed(found, found.size, least_m)
+
+
+def _fitted(ladder: Ladder) -> ImpactFit:
+    assert ladder.impacts.fitted is not None, "no impacts: there is nothing to ask"
+    return ladder.impacts.fitted
 
 
 def _impact_law(
@@ -213,27 +232,27 @@ def _impact_law(
         return law, structure, ladder
     gone = needless_beside(law, ladder.impacts, fits)
     if gone:
-        fewer = replace(
-            ladder,
-            impacts=replace(
-                ladder.impacts,
-                restitution_terms=tuple(name for name in ladder.impacts.restitution_terms if name not in gone),
-                causes=tuple(c for c in ladder.impacts.causes if c.effect not in gone),
-            ),
-            causes=tuple(c for c in ladder.causes if c.effect not in gone),
-        )
+        fewer = _without(ladder, without_effects(ladder.impacts, gone))
         again, told = _asked_impact_law(fewer, fits, asked, rng)
         if again is not None and again.closed > LAW_LEAST_CLOSED:
-            return again, told, fewer
+            law, structure, ladder = again, told, fewer
+    left = [one for one in ladder.structure if one.stage == "impact"]
+    instead = restitution_law_instead(law, ladder.impacts, fits, ladder.series.frame, rng, left)
+    if instead is not None:
+        law, ladder = instead[0], _without(ladder, instead[1])
     return law, structure, ladder
+
+
+def _without(ladder: Ladder, impacts: ImpactSteps) -> Ladder:
+    """The ladder whose impacts have fewer named effects."""
+    gone = {c.effect for c in ladder.impacts.causes} - {c.effect for c in impacts.causes}
+    return replace(ladder, impacts=impacts, causes=tuple(c for c in ladder.causes if c.effect not in gone))
 
 
 def _asked_impact_law(
     ladder: Ladder, fits: Sequence[FlightFits], asked: bool, rng: np.random.Generator
 ) -> tuple[LawFound | None, tuple[Structure, ...]]:
-    impacts = ladder.impacts.fitted
-    assert impacts is not None, "no impacts: there is nothing to ask"
-    level = LEVEL_WHERE_LEFT if asked else LEVEL
+    impacts, level = _fitted(ladder), LEVEL_WHERE_LEFT if asked else LEVEL
     told = [one for one in ladder.structure if one.stage == "impact"]
     law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level, told)
     if law is None or asked:

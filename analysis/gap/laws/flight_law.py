@@ -3,7 +3,7 @@ run."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,16 +59,18 @@ def find_flight_law(
     rng: np.random.Generator,
     least_m_per_s2: float = 0.0,
     most_parts: int = MOST_PARTS,
+    leave_out: Callable[[Candidate], bool] | None = None,
 ) -> tuple[LawFound | None, FlightSteps]:
     """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
     much, or where it pushes by less than ``least_m_per_s2`` (RMS; a torque counts as the force at the rim that would
     make it; 0 where a probe has found that something is left); and the steps without the names that the law makes
-    needless."""
+    needless.  ``leave_out``: candidates that are not asked."""
     base = steps.named
     problem = flight_regression(base)
     if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
         return None, steps
     scales, candidates = _listed(runs, problem, rng)
+    candidates = [one for one in candidates if leave_out is None or not leave_out(one)]
     lever_m = _lever_m(runs)
     asked = least_m_per_s2 == 0.0
     level = LEVEL_WHERE_LEFT if asked else LEVEL

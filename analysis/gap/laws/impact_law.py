@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,37 +11,34 @@ from analysis.contact.held_laws import known_at_impacts
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
-from analysis.gap.laws.dictionary.candidate import Candidate, law_at, waves
+from analysis.gap.laws.dictionary.candidate import Candidate, law_at
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
-from analysis.gap.laws.regression.forms import forms_of, held_out_gains
-from analysis.gap.laws.search import AS_GOOD, LEVEL, MOST_PARTS, PER_UNKNOWN, Found, find_law
+from analysis.gap.laws.search import LEVEL, Found, find_law
 from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.covariates import FOLLOWED
-from analysis.gap.selection.impacts.fit import ImpactFit, fit_impacts
+from analysis.gap.selection.impacts.fit import ImpactFit, with_leaning_wall
 from analysis.gap.selection.impacts.gain import NEGLIGIBLE
 from analysis.gap.selection.impacts.restitution import kept_gain
 from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame
-from ovines.core.laws.terms import Term
+from ovines.core.laws import words as W
 
 FEWEST_IMPACTS = 20
+# Step of the azimuth by which a wall's slope is told, and the steepest that is one: a step in a formula is none.
+LEAN_STEP_RAD, MOST_LEAN_RAD = 0.01, 0.2
 #: what acts on each coordinate of an impact
 ACTS_ON = {
     "normal": ("restitution",),
     "tangential": ("wall_friction", "tangential_restitution"),
     "spin": ("spin_kept", "spin_added"),
 }
-#: named shapes of the wall that one formula may replace
-SHAPES = ("wall_ellipticity", "wall_lobes")
-# A formula of fewer unknowns replaces them where it explains this share of what they do: a ring of two halves 0.995.
-AS_WELL = 0.95
 
 
 def find_impact_law(
@@ -52,17 +49,18 @@ def find_impact_law(
     rng: np.random.Generator,
     level: float = LEVEL,
     left: Sequence[Structure] = (),
+    leave_out: Callable[[Candidate], bool] | None = None,
 ) -> LawFound | None:
     """The formula that restitution, wall friction, tangential restitution or spin follow; None where chance would find
     as much as often as ``level``.
 
     Where that would be so of the whole dictionary, what probes have ``left`` of the impacts says where to look: of few
     impacts a thousand formulas explain as much by chance as the right one, the dozen that follow what the probe does,
-    not."""
+    not.  ``leave_out``: candidates that are not asked."""
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = law_regression(impacts, fits, restitution_terms)
-    candidates = law_candidates(problem.known)
+    candidates = [one for one in law_candidates(problem.known) if leave_out is None or not leave_out(one)]
     found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts(problem.known))
     for one in left if found is None else ():
         near = [candidate for candidate in candidates if _as_probed(candidate, one)]
@@ -101,10 +99,10 @@ def find_wall_law(
     found, p = find_law(
         problem.problem, problem.columns, wall_candidates(problem.known), rng, level, of_impacts(problem.known)
     )
-    return None if found is None else _told_wall_law(problem, found, p, impacts, fits, frame, least_m)
+    return None if found is None else told_wall_law(problem, found, p, impacts, fits, frame, least_m)
 
 
-def _told_wall_law(
+def told_wall_law(
     problem: ImpactRegression,
     found: Found,
     p: float,
@@ -113,6 +111,7 @@ def _told_wall_law(
     frame: RigFrame,
     least_m: float,
 ) -> LawFound | None:
+    """The law of the wall's shape that was found, None where it is no larger than ``least_m``."""
     moved = problem.columns(found.terms) @ found.coefficients / problem.answers["contact_radius"]
     size_m = float(np.sqrt(np.mean(moved**2)))
     if size_m <= least_m:
@@ -122,53 +121,24 @@ def _told_wall_law(
     return replace(told_law(sharp, found, p, frame), size=size_m)
 
 
-def wall_law_instead(
-    steps: ImpactSteps, fits: Sequence[FlightFits], frame: RigFrame, least_m: float, rng: np.random.Generator
-) -> tuple[LawFound, ImpactSteps] | None:
-    """One formula that explains the contact distances clearly better than the named shapes of the wall do, or as well
-    by fewer unknowns, and the steps without these; None where there is none.
-
-    A step in the wall is a series of lobes: by an ellipse and one of them little is left of it.  An ellipse and lobes
-    that are really there have no reason to stand to each other as the waves of one step do."""
-    names = {c.effect for c in steps.causes} & set(SHAPES)
-    if steps.fitted is None or not names or len(steps.fitted.data) < FEWEST_IMPACTS:
-        return None
-    shape = replace(
-        steps.shape,
-        ellipse=steps.shape.ellipse and SHAPES[0] not in names,
-        order=0 if SHAPES[1] in names else steps.shape.order,
-    )
-    base = fit_impacts(fits, shape)
-    problem = distance_regression(base, fits)
-    orders = [2] * (SHAPES[0] in names) + [steps.shape.order] * (SHAPES[1] in names)
-    shapes = [Term("contact_radius", 1.0, (wave,)) for order in orders for wave in waves("azimuth", float(order))]
-    forms = forms_of(problem.problem, problem.columns(shapes), [list(range(len(shapes)))])
-    named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / problem.problem.excess
-    candidates = wall_candidates(problem.known)
-    for most in (1, MOST_PARTS):  # one step, before what its waves may be put together from
-        found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(problem.known), most)
-        if found is not None and _instead(found, named, len(shapes)) and not _holds(found, shapes):
-            break
-    else:
-        return None
-    law = _told_wall_law(problem, found, p, base, fits, frame, least_m)
-    if law is None:
-        return None
-    kept = tuple(c for c in steps.causes if c.effect not in names)
-    return law, replace(steps, fitted=base, shape=shape, causes=kept)
-
-
-def _instead(found: Found, named: float, unknowns: int) -> bool:
-    """Whether a formula says clearly more than shapes of so many ``unknowns`` that gain ``named``, or as much by
-    fewer."""
-    more = sum(part.unknowns for part in found.parts) - unknowns
-    return found.gain - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and found.gain > AS_WELL * named)
-
-
-def _holds(found: Found, shapes: Sequence[Term]) -> bool:
-    """Whether a part of a formula is a named shape itself: the others stand beside it, not in its place."""
-    named = {term.factors for term in shapes}
-    return any({term.factors for term in part.terms} <= named for part in found.parts)
+def leaning_wall(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> ImpactFit:
+    """The same impacts where the wall's normal leans as a ``law`` of its shape has it: by -r'/r, as of any wall that is
+    nearly round."""
+    known = known_at_impacts(impacts.data, impacts.junctions, fits)
+    at = impacts.data.index
+    on_cylinder = impacts.wall.wall.on_cylinder(impacts.wall.impacts.surface[at])
+    reach_m = []
+    for turn in (-LEAN_STEP_RAD, LEAN_STEP_RAD):
+        moved, c, s = known.copy(), np.cos(turn), np.sin(turn)
+        x, y = known[:, W.HX], known[:, W.HY]
+        moved[:, W.HX], moved[:, W.HY] = c * x - s * y, s * x + c * y
+        values = of_target("contact_radius", law.rig_law, moved, on_cylinder)
+        assert values is not None, "a law of the wall's shape"
+        reach_m.append(values)
+    rise = (reach_m[1] - reach_m[0]) / (2 * LEAN_STEP_RAD)
+    lean_rad = np.zeros(len(impacts.junctions))
+    lean_rad[at] = np.where(on_cylinder, 0.0, -rise / known[:, W.CONTACT_RADIUS])
+    return with_leaning_wall(impacts, fits, np.clip(lean_rad, -MOST_LEAN_RAD, MOST_LEAN_RAD))
 
 
 def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits]) -> tuple[str, ...]:

@@ -74,14 +74,17 @@ def law_regression(
     fits: Sequence[FlightFits],
     restitution_terms: Sequence[str],
     law: WrittenLaw | None = None,
+    scatter: float | None = None,
 ) -> ImpactRegression:
     """Normal, tangential and angular residuals of the law, restitution's terms, wall friction and beta_0 as nuisances.
 
-    ``law``: one that is known to act, whose part of restitution's scatter is none."""
+    ``law``: one that is known to act, whose part of restitution's scatter is none; or that ``scatter`` itself."""
     data = impacts.data
     count = len(data)
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
-    normal, design = _normal(data, restitution_terms, of_target("restitution", law, known))
+    if scatter is None:
+        scatter = usual_scatter(data, restitution_terms, of_target("restitution", law, known))
+    normal, design = _normal(data, restitution_terms, scatter)
     tangential, tangential_sd, slides, stuck = _tangential(data, impacts)
     angular_sd = np.hypot(data.angular_sd, LEAST_SHARE * np.abs(data.tangential_impulse))
     residual = np.concatenate([normal, tangential / tangential_sd, data.angular / angular_sd])
@@ -151,11 +154,15 @@ def of_target(
     return np.asarray(out.sum(1), float)
 
 
-def _normal(data: LawData, restitution_terms: Sequence[str], law: Array | None) -> tuple[Array, Array]:
+def usual_scatter(data: LawData, restitution_terms: Sequence[str], law: Array | None) -> float:
+    """How far restitution scatters from impact to impact about its terms and what a ``law`` (K,) adds to it."""
     design = restitution_design(data, restitution_terms)
-    coefficients, _, scatter, _ = fit_restitution(data, design)
-    if law is not None:
-        scatter = fit_restitution(data, np.column_stack([design, law]))[2]
+    return float(fit_restitution(data, design if law is None else np.column_stack([design, law]))[2])
+
+
+def _normal(data: LawData, restitution_terms: Sequence[str], scatter: float) -> tuple[Array, Array]:
+    design = restitution_design(data, restitution_terms)
+    coefficients = fit_restitution(data, design)[0]
     sd = np.hypot(data.normal_sd, scatter * data.before)
     return (data.after - design @ coefficients * data.before) / sd, design * (data.before / sd)[:, None]
 

@@ -30,9 +30,13 @@ from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import MOST_TERMS, Term
 
 Array = NDArray[np.float64]
-# Problems of noise drawn; one series in a thousand over four stages; parts of a law at the most.  Where a probe has
-# already found that something is left, a law only says what it follows: one such stage in a hundred gets one by chance.
-DRAWS, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.01, 3
+# Problems of noise drawn; one series in a hundred over four stages, of those that are also believed; parts of a law at
+# the most.  Where a probe has already found that something is left, a law only says what it follows: one such stage in
+# a hundred gets one by chance.
+DRAWS, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.01 / 4, 0.01, 3
+# What the best candidate leaves is searched for further parts, this many at the most, before it counts as noise; each
+# must explain this share of what the best does.
+MORE_PARTS, LEAST_MORE = 3, 0.05
 # A further part must explain this share of what the law explains, and so must a number inside a form.
 LEAST_SHARE = 0.02
 # A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per
@@ -140,11 +144,15 @@ def find_law(
         held = with_parts(problem, columns, parts)
         forms, gains = listed.gains(held, scale)
         best = _simplest(candidates, gains)
-        null = gains_by_chance(held, table, groups, best, (DRAWS, rng), forms)[1] / scale
+        null = gains_by_chance(held, table, groups, [best], (DRAWS, rng), forms)[1] / scale
         p = by_chance(null, float(gains[best]))
         least_p = LEVEL if parts else level
         if p > least_p and level == LEVEL_WHERE_LEFT:
             p = min(p, _by_runs(forms, scale * listed.prices))
+            more = _with_more(held, columns, listed, best, gains) if p > least_p else []
+            if more:
+                null = gains_by_chance(held, table, groups, [best, *more], (DRAWS, rng), forms)[1] / scale
+                p = min(p, by_chance(null, float(gains[best])))
         if not parts:
             first_p = p
         if p > least_p or gains[best] < LEAST_SHARE * gained:
@@ -176,6 +184,23 @@ def _by_runs(forms: Forms, prices: Array) -> float:
     takes seven runs to say 1 in 100 so."""
     gains = gains_of_choice(forms, prices)
     return float(wilcoxon(gains, alternative="greater", method="exact").pvalue) if np.any(gains) else 1.0
+
+
+def _with_more(held: Regression, columns: Columns, listed: Listed, best: int, gains: Array) -> list[int]:
+    """What else runs held out ask for beside the ``best`` candidate, one after the other.
+
+    A cause of several parts, or one that the best is near to only, leaves a pattern: of few runs, signs drawn for that
+    find as much as the best does (0.22 where it gained 1209 in six runs)."""
+    chosen = [best]
+    while len(chosen) <= MORE_PARTS:
+        beside = with_parts(held, columns, [listed.candidates[i] for i in chosen])
+        again = listed.gains(beside, held.excess)[1]
+        again[chosen] = -np.inf
+        first = _simplest(listed.candidates, again)
+        if again[first] < LEAST_MORE * gains[best]:
+            break
+        chosen.append(first)
+    return chosen[1:]
 
 
 def columns_of(

@@ -183,19 +183,34 @@ def without_needless(runs: Sequence[Run], with_law: FlightFit, steps: FlightStep
     """``steps`` without the named effects that are no longer accepted beside a law (``with_law``: a fit that holds it):
     they had imitated a part of it."""
     least = threshold(steps.null_distribution, GAIN / 2)
-    chosen = [t for t in EFFECT_TERMS if t.name in {c.effect for c in steps.causes}]
-    asked = [gain_of(with_law, t, steps.units) for t in chosen]
+    asked = [gain_of(with_law, t, steps.units) for t in named_terms_of(steps)]
     lost = [g for g in asked if not _accepted(g, least, steps.units)]
     if not lost:
         return steps
-    names = {g.term.name for g in lost}
+    fewer = without_names(runs, steps, [g.term.name for g in lost])
+    return replace(fewer, left=(*steps.left, *lost))
+
+
+def named_terms_of(steps: FlightSteps) -> list[FlightTerm]:
+    """The named terms, friction apart, that flights hold by ``steps``."""
+    return [t for t in EFFECT_TERMS if t.name in {c.effect for c in steps.causes}]
+
+
+def without_names(runs: Sequence[Run], steps: FlightSteps, names: Sequence[str]) -> FlightSteps:
+    """``steps`` without some of the named effects that they hold."""
+    chosen = named_terms_of(steps)
     return replace(
         steps,
         causes=tuple(c for c in steps.causes if c.effect not in names),
         named=_fitted(runs, steps.named, chosen, [t for t in chosen if t.name not in names]),
-        left=(*steps.left, *lost),
         kept=tuple(g for g in steps.kept if g.term.name not in names),
     )
+
+
+def still_accepted(with_law: FlightFit, steps: FlightSteps, terms: Sequence[FlightTerm]) -> dict[str, bool]:
+    """Whether each of the named ``terms`` is still accepted beside a law (``with_law``: a fit that holds it)."""
+    least = threshold(steps.null_distribution, GAIN / 2)
+    return {t.name: _accepted(gain_of(with_law, t, steps.units), least, steps.units) for t in terms}
 
 
 def sized_beside(with_law: FlightFit, steps: FlightSteps, series: Series) -> FlightSteps:

@@ -93,23 +93,64 @@ def select_impact_effects(
         shape = with_lobes(nominal, shape)
         nominal = fit_impacts(flight.fits, shape)
     shape, shapes, fitted, shape_gains, distances = _shape(flight, nominal, shape, withheld, lens_residual_found)
-    null_distribution = impact_null_distribution(fitted.data, terms, rng)
-    laws, terms, law_gains, law_left, probes, structure = select_laws(
-        fitted, terms, shape.finite, withheld, null_distribution, surely
-    )
     shape_left, distance_probes = ([g for g in distances if g.named == named] for named in (True, False))
     limit_m = DISTANCE_NEGLIGIBLE * fitted.wall.wall.size_m
-    structure = [*structure, *_distance_structure(distance_probes, shapes, limit_m)]
-    return ImpactSteps(
+    steps = ImpactSteps(
         nominal,
         fitted,
-        (*shape_gains, *law_gains),
-        (*probes, *distance_probes),
+        tuple(shape_gains),
+        tuple(distance_probes),
         tuple(terms),
         shape,
-        (*shapes, *laws),
-        tuple(structure),
-        (*shape_left, *law_left),
+        tuple(shapes),
+        tuple(_distance_structure(distance_probes, shapes, limit_m)),
+        tuple(shape_left),
+    )
+    return _with_laws(steps, fitted, terms, withheld, rng, surely)
+
+
+def beside_wall_law(
+    steps: ImpactSteps, leaning: ImpactFit, effects: Sequence[str], withheld: frozenset[str], rng: np.random.Generator
+) -> ImpactSteps:
+    """``steps`` with all that is not the wall's shape asked once more of the impacts at a wall whose normal a law
+    turns (``leaning``)."""
+    of_shape = [[g for g in gains if g.residual == "distance"] for gains in (steps.gains, steps.probes, steps.left)]
+    shapes = replace(
+        steps,
+        gains=tuple(of_shape[0]),
+        probes=tuple(of_shape[1]),
+        left=tuple(of_shape[2]),
+        causes=tuple(c for c in steps.causes if c.effect not in RESTITUTION_EFFECTS),
+        structure=tuple(one for one in steps.structure if one.coordinate == "radius"),
+    )
+    terms = [e for e in effects if e in RESTITUTION_EFFECTS]
+    return _with_laws(shapes, leaning, terms, withheld, rng)
+
+
+def _with_laws(
+    shapes: ImpactSteps,
+    fitted: ImpactFit,
+    terms: Sequence[str],
+    withheld: frozenset[str],
+    rng: np.random.Generator,
+    surely: Sequence[str] = (),
+) -> ImpactSteps:
+    """The steps of the wall's shape alone, and behind them those of the contact's laws, asked of the impacts
+    ``fitted``, whose restitution holds the ``terms``."""
+    null_distribution = impact_null_distribution(fitted.data, terms, rng)
+    laws, terms, law_gains, law_left, probes, structure = select_laws(
+        fitted, terms, shapes.shape.finite, withheld, null_distribution, surely
+    )
+    return ImpactSteps(
+        shapes.nominal,
+        fitted,
+        (*shapes.gains, *law_gains),
+        (*probes, *shapes.probes),
+        tuple(terms),
+        shapes.shape,
+        (*shapes.causes, *laws),
+        (*structure, *shapes.structure),
+        (*shapes.left, *law_left),
         null_distribution,
     )
 

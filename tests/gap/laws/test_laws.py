@@ -156,7 +156,7 @@ def test_chance_is_found_as_often_as_it_says():
     small = 0
     for seed in range(60):
         problem, x, rng = linear_problem(seed, 0.0)
-        gains, null = gains_by_chance(problem, x, [[j] for j in range(41)], -1, (199, rng))
+        gains, null = gains_by_chance(problem, x, [[j] for j in range(41)], [], (199, rng))
         small += np.mean(null >= gains.max()) < 0.1
     assert 1 <= small <= 13  # binomial: 6 +- 2.3
 
@@ -178,7 +178,7 @@ def test_the_best_of_many_does_not_take_chance_away_with_it():
     p = []
     for seed in range(60):
         problem, x, rng = few_telling_blocks(seed)
-        gains, null = gains_by_chance(problem, x, [[j] for j in range(300)], -1, (199, rng))
+        gains, null = gains_by_chance(problem, x, [[j] for j in range(300)], [], (199, rng))
         p.append(by_chance(null, gains.max()))
     small = [int(np.sum(np.array(p) < level)) for level in (0.1, 0.01, LEVEL)]
     assert small[0] <= 13 and small[1] <= 2 and small[2] == 0, small

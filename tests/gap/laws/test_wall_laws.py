@@ -9,8 +9,9 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
-from analysis.gap.laws.impact_law import find_wall_law, wall_law_instead
+from analysis.gap.laws.impact_law import find_wall_law
 from analysis.gap.laws.impact_rows import distance_regression, of_target
+from analysis.gap.laws.instead import wall_law_instead
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import select_impact_effects

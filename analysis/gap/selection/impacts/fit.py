@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.contact.given_impacts import part_of
 from analysis.contact.held_laws import without_laws
-from analysis.contact.impacts import Junctions, intersect
+from analysis.contact.impacts import Junctions, intersect, measure
 from analysis.contact.law import (
     Law,
     LawData,
@@ -35,8 +35,8 @@ from analysis.walls.wall import Wall
 Array = NDArray[np.float64]
 # Strays of restitution that are still chance: so many, and this share (1 % is expected).
 MANY_OUTLIERS, MANY_OUTLIERS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
-# Impacts of other runs that a run's law along the wall is told by.
-FEWEST_HELD_OUT = 8
+# Impacts that a law is fitted to, and those of other runs that a run's law along the wall is told by.
+FEWEST_FOR_LAW, FEWEST_HELD_OUT = 4, 8
 #: law of a series with too few impacts to fit one
 NO_LAW = Law(*[float("nan")] * 7)
 
@@ -134,12 +134,25 @@ def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> Impac
     start_s = np.array([fit.run.start_s for fit in fits])
     data = without_laws(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor), junctions, fits)
     data = _from_start(data, start_s)
-    law = fit_law(data) if len(data) >= 4 else NO_LAW
+    law = fit_law(data) if len(data) >= FEWEST_FOR_LAW else NO_LAW
     slope, slope_sd = (
         (float(wall.estimate[-1]), float(np.sqrt(wall.covariance[-1, -1]))) if extra is not None else (0.0, np.inf)
     )
     lasting = lasting_law(data, law) if shape.finite else None
     return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s, lasting)
+
+
+def with_leaning_wall(impacts: ImpactFit, fits: Sequence[FlightFits], lean_rad: Array) -> ImpactFit:
+    """The same impacts at a wall whose normal a law of its shape turns by ``lean_rad`` (J,) at each junction: what is
+    normal and what is tangential of their velocities, and the nominal law."""
+    junctions = replace(impacts.junctions, lean_rad=lean_rad)
+    wall = replace(impacts.wall, impacts=measure(junctions, impacts.wall.wall))
+    run = fits[0].run
+    data = without_laws(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor), junctions, fits)
+    data = _from_start(data, impacts.start_s)
+    law = fit_law(data) if len(data) >= FEWEST_FOR_LAW else NO_LAW
+    lasting = lasting_law(data, law) if np.isfinite(impacts.contact_slope_sd_s) else None
+    return replace(impacts, junctions=junctions, wall=wall, data=data, law=law, lasting=lasting)
 
 
 def _from_start(data: LawData, start_s: Array) -> LawData:
