@@ -37,7 +37,6 @@ from analysis.gap.laws.search import AS_GOOD, LEVEL, LEVEL_WHERE_LEFT, MOST_PART
 from analysis.gap.selection.flight_steps import FlightSteps, named_terms_of, still_accepted, without_names
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit, Shape, fit_impacts
-from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import Factor, Term
 
@@ -192,7 +191,7 @@ def wall_law_instead(
             found is not None
             and _instead(found, named, len(shapes))
             and not _holds(found, shapes)
-            and not _asked_beside(problem, found, shapes)
+            and not asked_beside(problem, found, shapes)
         ):
             break
     else:
@@ -217,9 +216,9 @@ def _holds(found: Found, shapes: Sequence[Term]) -> bool:
     return any({term.factors for term in part.terms} <= named for part in found.parts)
 
 
-def _asked_beside(problem: ImpactRegression, found: Found, shapes: Sequence[Term]) -> bool:
+def asked_beside(problem: ImpactRegression, found: Found, shapes: Sequence[Term]) -> bool:
     """Whether runs held out still ask for the named shapes beside a formula."""
     held = problem.problem.with_columns(problem.columns(found.terms))
     forms = forms_of(held, problem.columns(shapes), [list(range(len(shapes)))])
     gain = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / held.excess
-    return gain > IMPACT_GAIN
+    return gain > AS_GOOD

@@ -3,24 +3,28 @@ has no part in it."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
-from analysis.gap.laws.impact_law import find_wall_law
+from analysis.gap.laws.dictionary.walls import wall_candidates
+from analysis.gap.laws.impact_law import find_wall_law, leaning_wall
 from analysis.gap.laws.impact_rows import distance_regression, of_target
-from analysis.gap.laws.instead import wall_law_instead
-from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
+from analysis.gap.laws.instead import asked_beside, wall_law_instead
+from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT, find_law
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import select_impact_effects
-from analysis.gap.selection.impacts.fit import fit_impacts
+from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, fit_impacts, with_lobes
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
+from tests.gap.conftest import laws_and_ladder
 
 EFFECTS = ("floor_friction", "spin_coupling")
 
@@ -85,3 +89,58 @@ def test_lobes_of_a_ring_around_a_cylinder_stay_lobes(tmp_path):
     assert np.all(columns[~inside, 0] != 0.0) and np.all(columns[:, 1] != 0.0)
     added = of_target("contact_radius", WrittenLaw((wall,)), rows.known, inside)
     assert not added[inside].any() and np.all(added[~inside] != 0.0)
+
+
+def test_play_in_its_seat_is_no_contact_that_lasts(loaded):
+    """Distances of both grow with the speed of approach: the law alone says more than the name, which goes."""
+    _, series = loaded("unknown_seat_play", 0.9, 2)
+    laws, ladder = laws_and_ladder(series)
+    (law,) = [one for one in laws if one.law.stage == "geometry"]
+    assert [factor.quantity for factor in law.law.terms[0].factors] == ["host_acceleration_outwards"], as_text(law.law)
+    assert law.closed > 0.9
+    assert "finite_contact_time" not in {cause.effect for cause in ladder.causes} and not ladder.impacts.shape.finite
+
+
+def test_a_contact_that_lasts_keeps_its_name_beside_a_shape_of_the_disk(loaded):
+    """Runs held out still ask for it beside the formula."""
+    _, series = loaded("finite_contact_time+unknown_oval_disk", (0.6, 1.1), 5)
+    fits = first_flights(series, EFFECTS).fits
+    rows = distance_regression(fit_impacts(fits), fits)
+    oval = [one for one in wall_candidates(rows.known) if one.name == "contact radius with the body_angle, order 2"]
+    found, _ = find_law(rows.problem, rows.columns, oval, np.random.default_rng(0), LEVEL_WHERE_LEFT)
+    assert asked_beside(rows, found, [Term("contact_radius", 1.0, (Factor("approach"),))])
+    assert not asked_beside(rows, found, [Term("contact_radius", 1.0, (Factor("azimuth", "cosine", 5.0),))])
+    _, ladder = laws_and_ladder(series)
+    assert "finite_contact_time" in {cause.effect for cause in ladder.causes}
+
+
+def test_a_wall_leans_as_its_law_has_it(loaded):
+    """A law of lobes turns normals, and with them the speeds along and across, as a wall that has the lobes does."""
+    _, series = loaded("wall_lobes", 0.8, 4)
+    flights = first_flights(series, EFFECTS)
+    plain = fit_impacts(flights.fits)
+    lobed = fit_impacts(flights.fits, with_lobes(plain, PLAIN_SHAPE))
+    wall = lobed.wall.wall
+    size, order = float(np.hypot(*wall.lobes)), float(wall.order)
+    wave = Factor("azimuth", "cosine", order, x=float(np.arctan2(wall.lobes[1], wall.lobes[0])) / order)
+    law = WrittenLaw((Term("contact_radius", size * wall.outline.radius_m, (wave,)),))
+    law_of_lobes = SimpleNamespace(rig_law=law)
+    leaning = leaning_wall(law_of_lobes, plain, flights.fits)
+    both = np.intersect1d(leaning.data.index, lobed.data.index)
+    turned = leaning.wall.impacts.normal_rad[both] - plain.wall.impacts.normal_rad[both]
+    expected = lobed.wall.impacts.normal_rad[both] - plain.wall.impacts.normal_rad[both]
+    assert np.std(expected) > 0.01
+    np.testing.assert_allclose(np.angle(np.exp(1j * (turned - expected))), 0.0, rtol=0, atol=2e-3)
+    for name in ("normal_after", "tangential_before"):
+        true, own, round_ = (one.wall.impacts.of(name)[both] for one in (lobed, leaning, plain))
+        assert np.std(own - true) < 0.2 * np.std(round_ - true), name
+
+
+def test_a_ring_that_blows_leave_oval_leaves_nothing_at_the_impacts(loaded):
+    """With normals of a round ring its impacts showed a restitution that falls with the speed, and a share of the spin
+    that is lost."""
+    _, series = loaded("unknown_pressed_ring", 1.0, 6)
+    laws, ladder = laws_and_ladder(series)
+    (law,) = laws
+    assert [factor.quantity for factor in law.law.terms[0].factors] == ["contact_turn"], as_text(law.law)
+    assert ladder.causes == () and {one.stage for one in ladder.structure} == {"geometry"}
