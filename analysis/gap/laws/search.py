@@ -35,8 +35,8 @@ Array = NDArray[np.float64]
 # a hundred gets one by chance.
 DRAWS, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.01 / 4, 0.01, 3
 # What the best candidate leaves is searched for further parts, this many at the most, before it counts as noise; each
-# must explain this share of what the best does.
-MORE_PARTS, LEAST_MORE = 3, 0.05
+# must gain this share of what the best does, and so much: more than chance's best does in most problems.
+MORE_PARTS, LEAST_MORE, LEAST_MORE_GAIN = 3, 0.05, 25.0
 # A further part must explain this share of what the law explains, and so must a number inside a form.
 LEAST_SHARE = 0.02
 # A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per
@@ -197,7 +197,7 @@ def _with_more(held: Regression, columns: Columns, listed: Listed, best: int, ga
         again = listed.gains(beside, held.excess)[1]
         again[chosen] = -np.inf
         first = _simplest(listed.candidates, again)
-        if again[first] < LEAST_MORE * gains[best]:
+        if again[first] < max(LEAST_MORE * float(gains[best]), LEAST_MORE_GAIN):
             break
         chosen.append(first)
     return chosen[1:]
