@@ -24,6 +24,7 @@ from analysis.blind.recording.markers import (
     carded,
     draw_marks,
     flung,
+    played,
     risen,
     world_points,
 )
@@ -183,7 +184,7 @@ def _points(
     """Where the markers are (frames, 12, 3) as either camera takes its frames."""
     blows, out = _blows(motion), []
     for pose, time_s in zip(poses, times, strict=True):
-        card = carded(pose.nes, time_s, blows, errors)
+        card = played(carded(pose.nes, time_s, blows, errors), time_s, blows, errors)
         card = risen(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
         points = shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors)

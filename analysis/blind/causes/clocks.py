@@ -74,6 +74,13 @@ CLOCKS = [
         _flickering_lamps,
         follows="the phase of the lamps' light, and the velocity in the picture",
     ),
+    # Frames that a program takes, by a timer that ticks.
+    Cause(
+        "unknown_ticking_timer",
+        "measurement",
+        seen("tick_s", 2.8e-4),
+        follows="how far the time of a frame is from the next of many even ticks, and the velocity in the picture",
+    ),
     # --- the second camera's own clock ---
     Cause("unknown_lost_frame", "measurement", _lost_frame),
     # A trigger line on the amplifier's ground: its threshold goes with the shaker's current.

@@ -188,6 +188,20 @@ FLOOR_FRICTION = [
         changes({"faced": 0.35}, signed=True),
         follows="the slip's share round the Host's centre, with its sense",
     ),
+    # A floor that is wiped and brushed from its middle outwards.
+    Cause(
+        "unknown_outward_brush",
+        "flight",
+        changes({"outward": 0.35}, signed=True),
+        follows="the slip's share away from the Host's centre, with its sense",
+    ),
+    # A washer faced on a lathe, whose scales bite in one sense of spin.
+    Cause(
+        "unknown_scaly_face",
+        "flight",
+        changes({"scaly_face": 0.45}, signed=True),
+        follows="the spin's share of the speed over the floor, with its sense",
+    ),
     # A washer whose edge is bevelled at one side only.
     Cause(
         "unknown_bevelled_edge",

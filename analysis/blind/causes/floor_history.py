@@ -13,6 +13,14 @@ def _cleaned_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"cleaned": most, "from_run": float(first + 1)}
 
 
+def _turned_washer(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """The rougher face down in half of the runs, whichever."""
+    most = 0.18 * size * spread(rng)
+    side = np.where(rng.permutation(runs) % 2 == 0, 1.0, -1.0)
+    draft.run_numbers.update(turned=most * side)
+    return {"turned": most, "runs_rough": float(np.sum(side > 0.0))}
+
+
 def _gritty_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.plant["grit"] = 0.35 * size * spread(rng)
     draft.run_numbers["grit_draw"] = rng.random(runs)
@@ -136,6 +144,14 @@ FLOOR_HISTORY = [
         follows="the number of the run, from one on",
         rivals=("friction_drift",),
     ),
+    # A washer that is put in by hand, one face down or the other.
+    Cause(
+        "unknown_turned_washer",
+        "flight",
+        _turned_washer,
+        follows="the number of the run, in no order, in the floor's friction",
+        rivals=("friction_drift",),
+    ),
     # A floor that wears in its middle in the course of the series.
     Cause(
         "unknown_wearing_middle",
@@ -170,6 +186,13 @@ FLOOR_HISTORY = [
         "flight",
         changes({"drawn_down": 0.35}),
         follows="the square of the Host's acceleration, in the friction",
+    ),
+    # A magnet of the shaker, below one end of the stroke, draws the steel down.
+    Cause(
+        "unknown_magnet_beneath",
+        "flight",
+        changes({"beneath": 0.2}, signed=True),
+        follows="the place in the room along the drive's axis, in the friction",
     ),
     # A guide with worn bearings, whose rumble shakes the load off the floor.
     Cause("unknown_rumbling_guide", "flight", changes({"rumble": 0.4}), follows="the square of the Host's speed"),

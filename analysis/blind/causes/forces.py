@@ -74,6 +74,13 @@ def _kinked_sheet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _lapped_plates(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Along any line that passes within 12 mm of the Host's centre."""
+    out = {"plates_m_per_s2": 0.9 * size * spread(rng), "plates_m": float(rng.uniform(-0.012, 0.012))}
+    draft.plant.update(out, plates_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return out
+
+
 def _doming_sheet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Evenly from run to run, from a dish to a dome that is as deep, or back."""
     most = 15.0 * size * spread(rng) * sign(rng)
@@ -105,6 +112,13 @@ FORCES = [
         "flight",
         _kinked_sheet,
         follows="on which side of a line of the Host's floor the disk is",
+    ),
+    # A floor of two plates, of which one stands a millimetre higher.
+    Cause(
+        "unknown_lapped_plates",
+        "flight",
+        _lapped_plates,
+        follows="the place near a line of the Host's floor, always towards one side of it",
     ),
     # A floor of sheet that came off a roll.
     Cause(
@@ -218,6 +232,13 @@ FORCES = [
         "flight",
         changes({"stray_field_per_s": 0.2}, signed=True),
         follows="the velocity in the room, and the place in it along the drive's axis",
+    ),
+    # A washer of hard steel in the shaker's uneven field.
+    Cause(
+        "unknown_hysteresis_drag",
+        "flight",
+        changes({"hysteresis_m_per_s2": 0.45}),
+        follows="the direction of the velocity in the room, whatever its size",
     ),
     # The shaker's coil draws the steel, whichever way its current flows.
     Cause("unknown_coil_pull", "flight", changes({"coil_m_per_s2": 0.5}, ("coil_rad",))),

@@ -17,6 +17,14 @@ def _packing_felt(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"packed_m": most}
 
 
+def _creeping_clamps(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as far to one side of the mean at first as to the other at last."""
+    x, y = vector(3.1e-4 * size * spread(rng), rng)
+    course = np.linspace(-1.0, 1.0, runs)
+    draft.run_numbers.update(crept_x_m=x * course, crept_y_m=y * course)
+    return {"crept_x_m": x, "crept_y_m": y}
+
+
 def _oval_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.plant.update(oval=0.004 * size * spread(rng), oval_rad=float(rng.uniform(0.0, np.pi)))
     return {"oval": draft.plant["oval"]}
@@ -167,6 +175,15 @@ GEOMETRY = [
         follows="the place on the disk's rim that is struck, once around it and back at one place",
         round_only=True,
     ),
+    # Tape around the rim, whose end is pressed on before each run and peels off.
+    Cause(
+        "unknown_peeling_tape",
+        "geometry",
+        changes({"peeling_m": 6e-4}, ("peeling_rad",)),
+        follows="the number of blows so far, at one place of the disk's rim",
+        round_only=True,
+        short_blows=True,
+    ),
     # A disk that a blow tips, and that strikes with another edge until it lies flat.
     Cause(
         "unknown_tipped_disk",
@@ -220,6 +237,13 @@ GEOMETRY = [
     Cause("unknown_slipping_ring", "geometry", changes({"slipping_m": 3.5e-4}, ("slipping_rad",))),
     # A ring that lies to one side of its seat, until it is taken out for cleaning and then lies to the other.
     Cause("unknown_refitted_ring", "geometry", _refitted_ring),
+    # A ring that creeps in its clamps from run to run.
+    Cause(
+        "unknown_creeping_clamps",
+        "geometry",
+        _creeping_clamps,
+        follows="the number of the run from the middle one, and the contact's normal",
+    ),
     # A ring on thick double-sided tape, which trails behind the Host's velocity.
     Cause(
         "unknown_trailing_ring",

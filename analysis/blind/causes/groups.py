@@ -321,4 +321,23 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_sinking_head",
         "unknown_bulging_lid",
     ),
+    # what an analysis of failure modes and effects writes down part by part, listed before the plant was read
+    "foreseen": (
+        "unknown_lapped_plates",
+        "unknown_outward_brush",
+        "unknown_magnet_beneath",
+        "unknown_hysteresis_drag",
+        "unknown_scaly_face",
+        "unknown_turned_washer",
+        "unknown_hardened_side",
+        "unknown_backed_screw",
+        "unknown_sintered_ring",
+        "unknown_shaken_powder",
+        "unknown_shear_set",
+        "unknown_creeping_clamps",
+        "unknown_peeling_tape",
+        "unknown_heat_haze",
+        "unknown_ticking_timer",
+        "unknown_card_play",
+    ),
 }

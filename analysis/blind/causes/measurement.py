@@ -33,6 +33,18 @@ def _rubbery_card(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"card_s": draft.view["card_s"], "frequency_hz": draft.view["card_hz"]}
 
 
+def _heat_haze(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """The lamp is switched on with each run, below either camera."""
+    draft.view.update(
+        haze_px=1.0 * size * spread(rng),
+        haze_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+        haze_rad_per_s=float(rng.uniform(20.0, 60.0)),
+        haze_phase_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+        haze_camera=int(rng.integers(2)),
+    )
+    return {"haze_px": draft.view["haze_px"], "rate_rad_per_s": draft.view["haze_rad_per_s"]}
+
+
 def _glare(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     at = vector(0.02, rng)
     draft.view.update(glare_px=2.0 * size * spread(rng), glare_m=at, glare_camera=int(rng.integers(2)))
@@ -146,6 +158,14 @@ MEASUREMENT = [
         follows="the time since the last blows and their changes of spin",
         short_blows=True,
     ),
+    # The disk's markers are on a card that has play on its pin.
+    Cause(
+        "unknown_card_play",
+        "measurement",
+        seen("card_play_rad", 0.023),
+        follows="the sense of the last blow's change of spin",
+        short_blows=True,
+    ),
     # The disk's markers are on a card that is not level.
     Cause(
         "unknown_leaning_card",
@@ -164,6 +184,13 @@ MEASUREMENT = [
     # --- light ---
     # A lamp's reflection on a lid draws the markers' centres towards it.
     Cause("unknown_glare", "measurement", _glare),
+    # Warm air that rises from a lamp, between a camera and the rig.
+    Cause(
+        "unknown_heat_haze",
+        "measurement",
+        _heat_haze,
+        follows="the place in one camera's picture along one direction, against waves that go over it",
+    ),
     # A pane over one half of the rig, put there after the calibration.
     Cause("unknown_half_lid", "measurement", _half_lid),
     # Bright markers on bare steel draw tails; the Host's do not.

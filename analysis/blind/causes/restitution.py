@@ -40,6 +40,14 @@ def _retightened_screws(draft: Draft, size: float, rng: Rng, runs: int) -> Truth
     return {"retightened": most, "from_run": float(first + 1)}
 
 
+def _backed_screw(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as much harder than on the mean at first as softer at last."""
+    most = 0.2 * size * spread(rng)
+    draft.plant.update(backed_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    draft.run_numbers.update(backed=most * np.linspace(-1.0, 1.0, runs))
+    return {"backed": most, "backed_rad": draft.plant["backed_rad"]}
+
+
 RESTITUTION = [
     # --- by the place on the wall ---
     Cause("unknown_soft_spot", "impact", changes({"soft_amplitude": 0.25}, ("soft_azimuth_rad",))),
@@ -65,6 +73,13 @@ RESTITUTION = [
         changes({"lamp": 0.42}, ("lamp_rad",)),
         follows="the time in the run, at one side of the wall",
     ),
+    # One of the ring's screws, which backs out from run to run.
+    Cause(
+        "unknown_backed_screw",
+        "impact",
+        _backed_screw,
+        follows="the number of the run from the middle one, at one side of the wall",
+    ),
     # A ring that four bolts hold, and that gives between them.
     Cause(
         "unknown_bolted_ring",
@@ -80,6 +95,13 @@ RESTITUTION = [
         "impact",
         changes({"sheet": 0.11}, ("sheet_rad",)),
         follows="the place on the disk's rim that is struck, twice around it",
+    ),
+    # A washer that was quenched from one side.
+    Cause(
+        "unknown_hardened_side",
+        "impact",
+        changes({"hardened": 0.13}, ("hardened_rad",)),
+        follows="the place on the disk's rim that is struck, once around it, in the rebound",
     ),
     # A loose rubber band around the rim, which each blow pushes to the other side.
     Cause(

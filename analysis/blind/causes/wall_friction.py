@@ -178,6 +178,20 @@ WALL_FRICTION = [
         changes({"sloshing": 1.0}),
         follows="the Host's acceleration along the contact's normal, where the disk slips",
     ),
+    # A ring of sintered bronze, out of which a blow presses oil for the next.
+    Cause(
+        "unknown_sintered_ring",
+        "impact",
+        changes({"sintered": 0.9}),
+        follows="the approach speed of the last blow, where the disk slips",
+    ),
+    # Powder on the wall, which the drive shakes up.
+    Cause(
+        "unknown_shaken_powder",
+        "impact",
+        changes({"shaken": 0.85}),
+        follows="the size of the Host's acceleration, where the disk slips",
+    ),
     # --- how much of the slip comes back ---
     Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
     # Hard blows plough: less of the slip comes back.
@@ -213,6 +227,13 @@ WALL_FRICTION = [
         "impact",
         _curing_glue,
         follows="the number of the run, where the disk sticks",
+    ),
+    # A liner of rubber that keeps the set of its last shear.
+    Cause(
+        "unknown_shear_set",
+        "impact",
+        changes({"shear_set": 0.9}),
+        follows="the sense of the slip against that of the last blow's, where the disk sticks",
     ),
     # A gel that takes its time to come back from the last blow's shear.
     Cause(

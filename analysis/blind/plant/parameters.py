@@ -70,6 +70,7 @@ class PlantParameters(NamedTuple):
     ribs: float = 0.0  # floor friction more and less three times around, by this share at the wall ...
     ribs_rad: float = 0.0  # ... more here
     powder: float = 0.0  # floor friction more by this share at the wall after many blows of a run
+    beneath: float = 0.0  # floor friction more by this share 20 mm to one side of the room along x, less to the other
     pulsing: float = 0.0  # floor friction more and less by this share in the course of the run ...
     pulsing_rad_per_s: float = 40.0  # ... at this rate ...
     pulsing_rad: float = 0.0  # ... and of this phase as the run begins
@@ -102,6 +103,8 @@ class PlantParameters(NamedTuple):
     scratched: float = 0.0  # floor friction more by this share for slips along one direction, less across it ...
     scratched_rad: float = 0.0  # ... this one
     faced: float = 0.0  # floor friction more by this share in slips round the Host's centre counterclockwise, less back
+    outward: float = 0.0  # floor friction more by this share in slips away from the Host's centre, less towards it
+    scaly_face: float = 0.0  # floor friction more by this share in pure spins counterclockwise, less in the other sense
     bristled: float = 0.0  # floor friction more in slips along the Host's acceleration, less against it, at 8 g
     # ... by what went before
     settling: float = 0.0  # floor friction less by this share after an impact, back within settling_s
@@ -118,6 +121,7 @@ class PlantParameters(NamedTuple):
     clinging: float = 0.0  # floor friction more by this share under a disk that holds all the charge it can
     aged: float = 0.0  # floor friction more by this share under contacts that have rested long
     cleaned: float = 0.0  # of each run: floor friction more by this share
+    turned: float = 0.0  # of each run: floor friction more by this share
     debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
     drum: float = 0.0  # share of the load that a floor which drums takes and gives just after a blow ...
     drum_rad_per_s: float = 350.0  # ... at this rate
@@ -144,6 +148,11 @@ class PlantParameters(NamedTuple):
     kink_m_per_s2: float = 0.0  # a floor bent along a line pushes the disk off that line, on either side ...
     kink_m: float = 0.0  # ... this far from the Host's centre ...
     kink_rad: float = 0.0  # ... in this direction
+    plates_m_per_s2: float = (
+        0.0  # two plates of a floor meet at a step that pushes the disk down it by at most this ...
+    )
+    plates_m: float = 0.0  # ... this far from the Host's centre ...
+    plates_rad: float = 0.0  # ... in this direction, where the higher one lies
     ridge_m_per_s2: float = 0.0  # along a line of the Host's floor
     ridge_m: float = 0.0
     ridge_rad: float = 0.0
@@ -212,6 +221,7 @@ class PlantParameters(NamedTuple):
     poles_rad: float = 0.0
     poled_m_per_s2: float = 0.0  # a magnetised disk is drawn to the wall or off it by this where they meet
     poled_rad: float = 0.0
+    hysteresis_m_per_s2: float = 0.0  # drag in the room, the same at every speed
     eddy_per_s: float = 0.0  # drag over a magnet under the Host's floor
     eddy_x_m: float = 0.0
     eddy_y_m: float = 0.0
@@ -280,6 +290,8 @@ class PlantParameters(NamedTuple):
     tyre_rad: float = 0.0
     lap_m: float = 0.0  # tape around the rim, its end this much higher than its beginning, to either side of the mean
     lap_rad: float = 0.0
+    peeling_m: float = 0.0  # the disk's rim stands out by this in a spot after many blows of a run
+    peeling_rad: float = 0.0
     tipped_m: float = 0.0  # the disk's radius is less by at most this just after a hard blow
     thrown_m: float = 0.0  # from the disk's middle to that of its rim at a fast spin
     thrown_rad: float = 0.0
@@ -289,6 +301,8 @@ class PlantParameters(NamedTuple):
     wall_y_m: float = 0.0
     refit_x_m: float = 0.0  # of each run: where the wall lies since it was put in the last time
     refit_y_m: float = 0.0
+    crept_x_m: float = 0.0  # of each run: where the wall has crept to
+    crept_y_m: float = 0.0
     breathing_m: float = 0.0  # the wall's radius grows by twice this much during a run
     liner: float = 0.0  # an ellipse of the wall that turns during the run
     liner_rad: float = 0.0
@@ -335,6 +349,8 @@ class PlantParameters(NamedTuple):
     shim_rad_per_s: float = 0.0
     lamp: float = 0.0  # restitution lost by the end of a run where a lamp warms the wall
     lamp_rad: float = 0.0
+    backed: float = 0.0  # of each run: restitution lost where a screw holds the wall
+    backed_rad: float = 0.0
     pad: float = 0.0  # restitution lost in the lightest blows where a pad is, less in harder ones
     pad_rad: float = 0.0
     bolts: float = 0.0  # restitution won where one of four bolts is
@@ -344,6 +360,8 @@ class PlantParameters(NamedTuple):
     nick_rad: float = 0.0
     sheet: float = 0.0  # restitution more and less twice around the disk's rim
     sheet_rad: float = 0.0
+    hardened: float = 0.0  # restitution more and less once around the disk's rim
+    hardened_rad: float = 0.0
     shifted: float = 0.0  # restitution won where the rim was struck the last time, lost at its other side
     # ... by how the blow comes
     spin_restitution_s: float = 0.0  # restitution lost per rad/s of spin
@@ -423,6 +441,8 @@ class PlantParameters(NamedTuple):
     creeping: float = 0.0  # share of the wall friction lost long after the blow before
     picked_up: float = 0.0  # share of the wall friction lost after a long way slid since the impact before
     sloshing: float = 0.0  # wall friction more where the Host is accelerated away from the disk, less opposite, at 8 g
+    sintered: float = 0.0  # share of the wall friction lost after a hard blow
+    shaken: float = 0.0  # share of the wall friction lost at 8 g of the Host, whichever way
     wiped: float = 0.0  # of each run: wall friction more by this share
     fouled: float = 0.0  # of each run: wall friction more by this share
     cohesion_m_per_s: float = 0.0  # the wall's friction beyond its share of the blow
@@ -438,6 +458,7 @@ class PlantParameters(NamedTuple):
     liner_grip: float = 0.0  # tangential restitution more by this share at one side of the wall, less at the other
     liner_grip_rad: float = 0.0
     gel: float = 0.0  # share of the tangential restitution lost just after the blow before
+    shear_set: float = 0.0  # tangential restitution more by this share in slips of the last one's sense, less back
     cured: float = 0.0  # of each run: tangential restitution more by this share
     lay: float = 0.0  # tangential restitution more by this share in slips of one sense, less in the other
     teeth_m_per_s: float = 0.0  # slip at which the wall leaves a sticking disk alone

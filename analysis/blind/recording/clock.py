@@ -19,15 +19,18 @@ def latest_s(errors: ViewErrors, longest_s: float) -> float:
     late_s += 0.5 * abs(errors.free_running) * longest_s + 0.5 * abs(errors.sync_s)
     late_s += max((abs(late) for late in errors.started_s), default=0.0)
     late_s += EXPOSED_MOST * abs(errors.exposure_s)
+    late_s += 0.5 * errors.tick_s
     return late_s + 6.0 * abs(errors.shocked_s) + abs(errors.flicker_s)
 
 
 def frame_times(frames: int, rate_hz: float, errors: ViewErrors, rng: np.random.Generator) -> Floats:
-    """Times (n,) of the first camera's frames: scattered, uneven in the course of the run, every other one late, or one
-    of them skipped.
+    """Times (n,) of the first camera's frames: scattered, uneven in the course of the run, every other one late, at a
+    timer's ticks, or one of them skipped.
 
     Lamps on the mains flicker: a frame shows what is there when its exposure has had half of its light, sooner or later
     by `flicker_s` sin(2 pi `flicker_hz` t + `flicker_rad`), t the time in the run.
+    A program takes the frames, whose timer ticks every `tick_s`: each at the first tick from when it is due on; half a
+    tick, which all have in common, is in none of the times.
     """
     even = np.arange(frames) / rate_hz
     time_s = np.maximum(even + rng.normal(0.0, 1.0, frames) * errors.jitter_s, EARLIEST_S)
@@ -35,6 +38,8 @@ def frame_times(frames: int, rate_hz: float, errors: ViewErrors, rng: np.random.
     time_s += 4.0 * errors.uneven_s * share * (1.0 - share)
     time_s += errors.alternate_s * (np.arange(frames) % 2)
     time_s += errors.flicker_s * np.sin(2.0 * np.pi * errors.flicker_hz * even + errors.flicker_rad)
+    if errors.tick_s > 0.0:
+        time_s += errors.tick_s * (np.ceil(even / errors.tick_s) - even / errors.tick_s - 0.5)
     if errors.skipped_frame_share > 0.0:
         time_s = np.where(share < errors.skipped_frame_share, time_s, time_s + 1.0 / rate_hz)[:-1]
     return time_s

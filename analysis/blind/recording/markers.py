@@ -1,5 +1,5 @@
-"""Where the markers are in the room: glued with errors, slipped, on a tab, on a card, flung; and found where the bodies
-blur."""
+"""Where the markers are in the room: glued with errors, slipped, on a tab, on a card, with play, flung; and found where
+the bodies blur."""
 
 from dataclasses import dataclass
 
@@ -12,6 +12,7 @@ from analysis.blind.recording.views import DISK, GROUND_M, HOST_M, NES_M
 
 FLUNG_RAD_PER_S = 40.0  # spin at which a loose sticker stands out half the way
 RISEN_S = 0.05  # in which a disk that a blow has lifted comes down again: a flight
+PLAY_RAD_PER_S = 2.0  # change of spin in a blow that throws a card with play to three quarters of it
 CARD_S = 0.03  # in which a card on soft glue comes to rest on its disk
 
 
@@ -110,6 +111,22 @@ def carded(nes: Floats, time_s: Floats, blows: Floats, errors: ViewErrors) -> Fl
         since = np.maximum(time_s - instant, 0.0)
         swing = np.exp(-since / CARD_S) * np.sin(2.0 * np.pi * errors.card_hz * since)
         out[:, 3] -= errors.card_s * change * swing
+    return out
+
+
+def played(nes: Floats, time_s: Floats, blows: Floats, errors: ViewErrors) -> Floats:
+    """Poses (n, 4: x, y, z, angle) of a card with the disk's markers that has play on its pin, at `time_s` (n,), where
+    those of the disk are `nes`: a blow that changes the spin leaves it at the stop that the disk runs into.
+
+    From the last blow before on it lies turned by -`card_play_rad` tanh(change of spin / `PLAY_RAD_PER_S`), before any
+    not at all; `blows` (k, 2): their times and changes of spin (rad/s).
+    """
+    if errors.card_play_rad == 0.0:
+        return nes
+    out, side = nes.copy(), np.zeros(len(time_s))
+    for instant, change in blows:
+        side = np.where(time_s >= instant, -np.tanh(change / PLAY_RAD_PER_S), side)
+    out[:, 3] += errors.card_play_rad * side
     return out
 
 

@@ -12,6 +12,7 @@ from analysis.blind.recording.picture import (
     blocked,
     by_the_first_camera,
     by_the_second_camera,
+    hazed,
     read_out,
     smoothed,
     stuttered,
@@ -33,7 +34,7 @@ def tracks_of(
     parts = []
     for index, view in enumerate(views):
         pixels = lit(view.pixels(points_m[index]), points_m[index], index, view, frame_rate_hz, errors)
-        pixels = lens_residual(pixels, index, noise)
+        pixels = lens_residual(hazed(pixels, true_time_s[index], index, view, errors), index, noise)
         if index == 0:
             pixels = by_the_first_camera(pixels, true_time_s[0], view, shaking, errors)
         if index == 1:

@@ -11,6 +11,7 @@ from analysis.blind.recording.views import WINDOW_PX, View
 
 SHAKE_DECAY_S = 0.04  # of a tripod on the bench: gone before the next impact but one
 BLOCK_PX = 8.0  # side of the blocks that a film is coded in
+HAZE_PX = 250.0  # between two crests of haze in a picture: 5 cm over the rig, where warm air rises in billows
 COLD_RUNS = 3.0  # after which a camera has warmed by two thirds
 REFOCUS_PX = 300.0  # from the picture's middle to where a lens is off by what its causes say: the ring's radius
 SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
@@ -153,6 +154,21 @@ def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors, sha
         late = np.arange(frames) >= errors.lost_frame_share * frames
         pixels = np.where(late[:, None, None], np.roll(pixels, -1, axis=0), pixels)[: frames - 1]
     return pixels
+
+
+def hazed(pixels: Floats, time_s: Floats, index: int, view: View, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of camera `index` at `time_s` (frames,) through warm air that rises from a lamp.
+
+    Its billows bend the light to and fro along their way: by `haze_px` sin(2 pi s / `HAZE_PX` - `haze_rad_per_s` t +
+    `haze_phase_rad`) along `haze_rad` of the picture, s a marker's place along that from its middle, t the time in the
+    run.
+    """
+    if errors.haze_px == 0.0 or errors.haze_camera != index:
+        return pixels
+    along = np.array([np.cos(errors.haze_rad), np.sin(errors.haze_rad)])
+    place = (pixels - view.centre_px) @ along
+    phase = 2.0 * np.pi * place / HAZE_PX - errors.haze_rad_per_s * time_s[:, None] + errors.haze_phase_rad
+    return pixels + errors.haze_px * np.sin(phase)[..., None] * along
 
 
 def read_out(pixels: np.ndarray, view: View, frame_rate_hz: float, errors: ViewErrors) -> np.ndarray:

@@ -11,6 +11,7 @@ from analysis.blind.plant.state import ANGLE, AZIMUTH, COUNT, IMPACT_S, SPIN, VX
 CHARGE_M = 0.03  # way on which most of the charge that a disk can hold has gathered
 FIELD_M = 0.04  # way along x on which the shaker's stray field falls off
 MAGNET_M = 0.15  # along x, from the middle of the room to the shaker's magnet
+HYSTERESIS_M_PER_S = 0.02  # speed below which a hysteresis brake comes in: no step for the integrator
 EDDY_M = 0.008  # from the wall, within which a magnetised rim's eddies in it fall off
 THREAD_M, THREAD_S = 0.015, 0.03  # a thread of glue breaks at this length, and lets go by itself after this time
 THREAD_EDGE_M = 5e-4  # length within which it becomes taut: no step for the integrator
@@ -23,6 +24,7 @@ def add_fields(at: Instant, p: PlantParameters, out: Floats) -> None:
     _add_charge(at, p, out)
     _add_poles(at, p, out)
     _add_eddies(at, p, out)
+    _add_hysteresis(at.state, p, out)
     _add_threads(at, p, out)
 
 
@@ -140,6 +142,17 @@ def _add_eddies(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VX] += push * ny
         out[VY] -= push * nx
         out[SPIN] -= push / (p.inertia_factor * p.disk_radius_m)
+
+
+@inlined
+def _add_hysteresis(state: Floats, p: PlantParameters, out: Floats) -> None:
+    """A disk of hard steel that moves through the shaker's uneven field is magnetised to and fro, and loses the same
+    energy on every metre of its way through the room: it is held back by `hysteresis_m_per_s2` at every speed well
+    above `HYSTERESIS_M_PER_S`."""
+    if p.hysteresis_m_per_s2 != 0.0:
+        speed = np.sqrt(state[VX] ** 2 + state[VY] ** 2 + HYSTERESIS_M_PER_S**2)
+        out[VX] -= p.hysteresis_m_per_s2 * state[VX] / speed
+        out[VY] -= p.hysteresis_m_per_s2 * state[VY] / speed
 
 
 @inlined

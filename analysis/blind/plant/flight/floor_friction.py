@@ -37,6 +37,7 @@ SCREWS_AT_M = 0.022  # from the Host's centre to its floor's four screws
 SCREW_M = 0.008  # from a screw's middle to where the disk, which is wider, misses three fifths as much of the floor
 DRYING_M = 0.016  # from a wet spot's middle to where it is three fifths as wet: somewhat wider than the disk
 FACED_M = 0.003  # from the Host's centre, within which a lathe's marks have no direction
+BENEATH_M = 0.02  # along x in the room, on which a magnet at one side draws the disk down by what its cause says
 CLING_M = 0.08  # way on which most of the charge that a disk can hold would gather
 CLING_S = 0.08  # in which it leaks off: one or two flights
 DEBRIS_M = 0.03  # way on which most of what a blow has knocked loose is left behind
@@ -198,6 +199,10 @@ def _by_direction(at: Instant, p: PlantParameters) -> float:
     `brushed_rad`), however it slides.
     A floor scratched along one direction: 1 + `scratched` cos 2(the slip's direction - `scratched_rad`), with its mean
     where the disk rests.
+    A floor that was wiped and brushed from its middle outwards: 1 + `outward` times the share of the slip that goes
+    outwards, less and less within `FACED_M` of the middle.
+    The washer's own face has scales round its middle, which bite in one sense of spin: 1 + `scaly_face` times the rim's
+    share of the speed, counterclockwise more.
     A floor faced on a lathe has scales that all lie one way round its middle: 1 + `faced` times the share of the slip
     that goes round counterclockwise, less and less within `FACED_M` of the middle.
     """
@@ -212,6 +217,11 @@ def _by_direction(at: Instant, p: PlantParameters) -> float:
     if p.bristled != 0.0:
         along = (at.slip_x * at.host_acceleration[0] + at.slip_y * at.host_acceleration[1]) / speed
         share *= max(1.0 + p.bristled * along / HOST_M_PER_S2, 0.0)
+    if p.outward != 0.0:
+        out_ = (at.x * at.slip_x + at.y * at.slip_y) / (np.sqrt(at.x * at.x + at.y * at.y) + FACED_M)
+        share *= max(1.0 + p.outward * out_ / speed, 0.0)
+    if p.scaly_face != 0.0:
+        share *= max(1.0 + p.scaly_face * rim / speed, 0.0)
     if p.faced != 0.0:
         round_ = (at.x * at.slip_y - at.y * at.slip_x) / (np.sqrt(at.x * at.x + at.y * at.y) + FACED_M)
         share *= max(1.0 + p.faced * round_ / speed, 0.0)
@@ -234,6 +244,7 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     A blow knocks dust off the wall, which lies under the disk until it has left it behind: 1 + `debris_s_per_m` times
     the blow's approach exp(-s / `DEBRIS_M`), s the way slid since.
     The floor is cleaned with alcohol before one of the runs, and rubs more from then on: 1 + `cleaned`, the run's own.
+    The washer is put in by hand before each run, its ground face down or its rolled one: 1 + `turned`, the run's own.
     The compressor below an air table pulsates: 1 + `pulsing` sin(`pulsing_rad_per_s` t + `pulsing_rad`), t the time in
     the run.
     """
@@ -249,6 +260,7 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         slid = max(state[WAY] - state[WAY_BEFORE], 0.0)
         share *= 1.0 + p.debris_s_per_m * state[APPROACH] * np.exp(-slid / DEBRIS_M)
     share *= 1.0 + p.cleaned
+    share *= 1.0 + p.turned
     return share * (1.0 + p.clinging * state[CHARGE]) * (1.0 + p.aged * state[AGED])
 
 
@@ -269,6 +281,8 @@ def _by_the_host(at: Instant, p: PlantParameters) -> float:
     Its table pitches as it is accelerated: the side that it is accelerated to presses, the other gives way.
     The coil of its shaker draws a steel disk down, with the square of its current as of the Host's acceleration: 1 +
     `drawn_down` (acceleration / `HOST_M_PER_S2`)^2.
+    Its shaker has a magnet at one side of the room, which draws a steel disk down the more the nearer it comes: 1 +
+    `beneath` (x / `BENEATH_M`), x the disk's place in the room.
     Worn bearings of its guide rumble and shake the load off the floor: 1 - `rumble` (its speed / `HOST_M_PER_S`)^2.
     """
     share, velocity, acceleration = 1.0, at.host_velocity, at.host_acceleration
@@ -277,6 +291,8 @@ def _by_the_host(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 + p.pitching * lever, 0.0)
     if p.drawn_down != 0.0:
         share *= 1.0 + p.drawn_down * (acceleration[0] ** 2 + acceleration[1] ** 2) / HOST_M_PER_S2**2
+    if p.beneath != 0.0:
+        share *= max(1.0 + p.beneath * (at.x + at.host_position[0]) / BENEATH_M, 0.0)
     if p.rumble != 0.0:
         share *= max(1.0 - p.rumble * (velocity[0] ** 2 + velocity[1] ** 2) / HOST_M_PER_S**2, 0.0)
     return share

@@ -9,6 +9,7 @@ from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import VX, VY
 
+PLATES_M = 0.005  # from the joint of two plates, within which the disk climbs from one to the other: half its radius
 KINK_M = 0.006  # from a kink's line, within which the disk leans from one half of the sheet to the other
 RIDGE_M = 0.004  # from a ridge's line to where it is steepest
 GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the whole way
@@ -28,8 +29,8 @@ def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
 
 @inlined
 def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
-    """A floor that is not flat: a dish, a saddle, a bowl that is steep at the wall only, a dome, a gutter, a kink or a
-    ridge along a line.
+    """A floor that is not flat: a dish, a saddle, a bowl that is steep at the wall only, a dome, a gutter, a kink, a
+    ridge or a step along a line.
 
     A floor plate sags between its screws, like a dish of curvature `dished_per_m`: the disk slides down to its middle,
     by the load times that times its place.
@@ -39,6 +40,8 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
     place along `bowed_rad` from the Host's centre, outwards or inwards.
     A floor of sheet that was once bent along a line slopes either way from there: `kink_m_per_s2` tanh((s - `kink_m`) /
     `KINK_M`) along `kink_rad`, s the place along that direction from the Host's centre.
+    Of two floor plates one stands higher, and the disk climbs onto it or slides down: -`plates_m_per_s2` exp(-(s -
+    `plates_m`)^2 / (2 `PLATES_M`^2)) along `plates_rad`.
     """
     x, y = at.x, at.y
     out[VX] -= p.central_per_s2 * x
@@ -54,6 +57,9 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
     if p.kink_m_per_s2 != 0.0:
         off = (np.cos(p.kink_rad) * x + np.sin(p.kink_rad) * y - p.kink_m) / KINK_M
         _add_along(p.kink_m_per_s2 * np.tanh(off), p.kink_rad, out)
+    if p.plates_m_per_s2 != 0.0:
+        off = (np.cos(p.plates_rad) * x + np.sin(p.plates_rad) * y - p.plates_m) / PLATES_M
+        _add_along(-p.plates_m_per_s2 * np.exp(-0.5 * off**2), p.plates_rad, out)
     if p.saddle_per_s2 != 0.0:
         a, b = np.cos(2.0 * p.saddle_rad), np.sin(2.0 * p.saddle_rad)
         out[VX] += p.saddle_per_s2 * (a * x + b * y)

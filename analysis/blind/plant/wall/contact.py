@@ -5,13 +5,14 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, compiled, copy_into, making_arrays
 from analysis.blind.plant.host import jerk_of, pose_of
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, IMPACT_S, SPIN, VX, VY, X, Y
+from analysis.blind.plant.state import ANGLE, COUNT, IMPACT_S, SPIN, VX, VY, X, Y
 from analysis.blind.plant.wall.after_blow import press_down, remember, remember_swing, spin_after
 from analysis.blind.plant.wall.blow import blow_of, leaning, piled
 from analysis.blind.plant.wall.impulses import impulses
 from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall_velocity
 from analysis.blind.plant.wall.shape import (
     flat_gap,
+    peeled,
     pressed,
     reach,
     relaxed,
@@ -46,6 +47,9 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         if p.pressed_m != 0.0:
             more, steeper = pressed(azimuth, state, p)
             far, rise = far + more, rise + steeper
+        if p.peeling_m != 0.0:
+            more, steeper = peeled(azimuth, state, p)
+            far, rise = far + more, rise + steeper
         nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (far - radius) / size, nx / size, ny / size
@@ -71,10 +75,12 @@ def contact_velocity(
     # At a chip's flank or a tape's end the contact lies beside the normal through the disk's middle; a cylinder meets
     # the disk below its tape.
     outer = (state[X] - position[0]) * nx + (state[Y] - position[1]) * ny > 0.0
-    if p.chip_m != 0.0 or (p.lap_m != 0.0 and outer):
+    if p.chip_m != 0.0 or ((p.lap_m != 0.0 or p.peeling_m != 0.0) and outer):
         from_x = state[X] + arm_x - p.disk_radius_m * nx - position[0]
         from_y = state[Y] + arm_y - p.disk_radius_m * ny - position[1]
         beside = -rim_reach(np.arctan2(from_y, from_x), state[ANGLE], p)[1]
+        if p.peeling_m != 0.0:
+            beside -= peeled(np.arctan2(from_y, from_x), state, p)[1]
         arm_x, arm_y = arm_x - beside * ny, arm_y + beside * nx
     from_x, from_y = state[X] + arm_x - position[0], state[Y] + arm_y - position[1]
     ux = state[VX] - state[SPIN] * arm_y - velocity[0] + velocity[2] * from_y
@@ -132,7 +138,10 @@ def strike(
     press_down(new, blow, push_n * bounce, p)
     if p.tipped_m != 0.0 and bounce > 0.0:
         new[IMPACT_S] = time
-    if p.swollen_m != 0.0 or p.tipped_m != 0.0 or p.thrown_m != 0.0:  # where it may be at its new spin, as it now lies
+    if p.peeling_m != 0.0 and bounce > 0.0:
+        new[COUNT] += 1.0
+    # Where it may be at its new spin, as it now lies, with the tape as this blow has left it.
+    if p.swollen_m != 0.0 or p.tipped_m != 0.0 or p.thrown_m != 0.0 or p.peeling_m != 0.0:
         gap, nx, ny = wall_gap(time, new, p, host)
         _put_back(new, gap, nx, ny)
     return blow.approach, blow.slip_host

@@ -5,7 +5,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import COUNT, SLIPPED, SPIN, WAY, WAY_BEFORE
+from analysis.blind.plant.state import APPROACH, COUNT, SLIPPED, SPIN, WAY, WAY_BEFORE
 from analysis.blind.plant.wall.blow import Blow
 
 TACKY_RAD = 0.35  # of the wall's azimuth
@@ -18,6 +18,8 @@ FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has 
 WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
 HERTZ_M_PER_S = 0.4  # approach at which a wall's friction is what it is
 HERTZ_MOST = 2.0  # third root of how much lighter a blow may be and still change it
+SINTER_M_PER_S = 0.7  # approach of a blow that presses half of the oil out of a sintered wall
+SHEAR_M_PER_S = 0.1  # slip from which on a blow leaves rubber set the whole way, or meets it so
 RUN_IN_BLOWS = 6.0  # after which a wall is run in by two thirds
 GLANCE = 0.25  # slip over approach at which half of the return is lost
 GRAZE = 0.5  # slip over approach at which a disk skims half
@@ -83,6 +85,8 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     `OIL_RAD_PER_S`^2), w the spin as the blow begins.
     Oil lies in the corner of floor and wall, and stays back as the Host is accelerated: 1 + `sloshing` (the
     acceleration along the normal / `HOST_M_PER_S2`), less where it piles up and more opposite.
+    Powder on the wall is shaken up as the Host is accelerated, whichever way, and carries the disk like a fluid: 1 -
+    `shaken` (the size of the Host's acceleration / `HOST_M_PER_S2`).
     """
     share = 1.0 + p.handed * (1.0 if blow.slip > 0.0 else -1.0)
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
@@ -100,6 +104,9 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.sloshing != 0.0:
         along = blow.host_acceleration[0] * blow.nx + blow.host_acceleration[1] * blow.ny
         share *= max(1.0 + p.sloshing * along / HOST_M_PER_S2, LEAST_FRICTION)
+    if p.shaken != 0.0:
+        size = np.sqrt(blow.host_acceleration[0] ** 2 + blow.host_acceleration[1] ** 2) / HOST_M_PER_S2
+        share *= max(1.0 - p.shaken * size, LEAST_FRICTION)
     if p.flash != 0.0:
         melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
         share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
@@ -118,6 +125,8 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
     `creeping` (1 - exp(-since / `WIPED_S`)); none before: oil all over.
     A rim picks up the oil of the floor as it slides, and each blow wipes it off: 1 - `picked_up` (1 - exp(-s /
     `PICKED_UP_M`)), s the way slid since the blow before.
+    A blow presses oil out of a sintered wall, and the next one slides on it: 1 - `sintered` v^2 / (v^2 +
+    `SINTER_M_PER_S`^2), v the last blow's approach; before any it is dry.
     The rim is wiped with alcohol before some of the runs, and touched by hand before the others: 1 + `wiped`, the run's
     own.
     Wear of the disk fouls the wall from run to run: 1 + `fouled`, the run's own.
@@ -133,6 +142,9 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
         share *= max(1.0 - p.picked_up * (1.0 - np.exp(-slid / PICKED_UP_M)), LEAST_FRICTION)
     if p.run_in != 0.0:
         share *= max(1.0 - p.run_in * (1.0 - np.exp(-state[COUNT] / RUN_IN_BLOWS)), LEAST_FRICTION)
+    if p.sintered != 0.0 and state[COUNT] > 0.5:  # there was an impact before
+        square = state[APPROACH] ** 2
+        share *= max(1.0 - p.sintered * square / (square + SINTER_M_PER_S**2), LEAST_FRICTION)
     if p.wiped != 0.0:
         share *= max(1.0 + p.wiped, LEAST_FRICTION)
     if p.fouled != 0.0:
@@ -141,7 +153,7 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
 
 
 @inlined
-def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
+def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """How much of the slip comes back where it sticks: less in hard blows, which plough, of a soft skin the less the
     farther it is sheared, and where the rim is taped.
 
@@ -150,6 +162,9 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
     A liner that is glued along one half only is loose in the other, and comes back less there: 1 + `liner_grip`
     tanh(cos(azimuth - `liner_grip_rad`) / `LINER_EDGE`), but for what would give back more than `MOST_RETURN`.
     A gel that the blow before has sheared is not back yet, and returns less: 1 - `gel` exp(-since / `GEL_S`).
+    A liner of rubber keeps the set of its last shear, is stretched by a blow that goes on in its sense and goes slack
+    in one that comes back: 1 + `shear_set` tanh(slip / `SHEAR_M_PER_S`) tanh(the last blow's slip / `SHEAR_M_PER_S`),
+    but for what would give back more than `MOST_RETURN`.
     The glue of a liner still cures in the course of the series: 1 + `cured`, the run's own, but for what would give
     back more than `MOST_RETURN`.
     A wall whose fibres all lie round one way is stiff against them and gives along them: 1 + `lay` tanh(slip /
@@ -167,6 +182,10 @@ def tangential_restitution(blow: Blow, p: PlantParameters) -> float:
         value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
     if p.cured != 0.0:
         value = max(min(value * (1.0 + p.cured), max(value, MOST_RETURN)), 0.0)
+    if p.shear_set != 0.0:
+        alike = np.tanh(blow.slip / SHEAR_M_PER_S) * np.tanh(state[SLIPPED] / SHEAR_M_PER_S)
+        share = 1.0 + p.shear_set * alike
+        value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
     if p.gel != 0.0:
         value *= max(1.0 - p.gel * np.exp(-max(blow.since_s, 0.0) / GEL_S), 0.0)
     if p.lay == 0.0:

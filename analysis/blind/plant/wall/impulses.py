@@ -15,7 +15,7 @@ def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tu
     """Along the normal and along the tangent (m/s); `bounce` 0: no rebound, stick at best."""
     w_nn, w_tt, w_nt = _compliance(blow, bounce, p)
     change_n = -(1.0 + restitution(blow, state, p) * bounce) * blow.approach
-    change_t = -(1.0 + tangential_restitution(blow, p) * bounce) * (blow.slip - p.teeth_m_per_s * bounce)
+    change_t = -(1.0 + tangential_restitution(blow, state, p) * bounce) * (blow.slip - p.teeth_m_per_s * bounce)
     mu, glue = wall_friction(blow, state, p), p.cohesion_m_per_s * bounce
     push_n, push_t = _cut(change_n, change_t, blow.slip, mu, glue, w_nn, w_tt, w_nt)
     if bounce == 0.0 or p.band_m_per_s == 0.0 or abs(push_t) <= p.band_m_per_s:

@@ -21,10 +21,10 @@ Vector = tuple[float, float]
 def wall_offset(
     time: float, state: Floats, velocity: Four, acceleration: Four, p: PlantParameters
 ) -> tuple[float, float]:
-    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, on springs, with play, on
-    one screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity` and
-    `acceleration`."""
-    x, y = p.refit_x_m, p.refit_y_m
+    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, crept, on springs, with
+    play, on one screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity`
+    and `acceleration`."""
+    x, y = p.refit_x_m + p.crept_x_m, p.refit_y_m + p.crept_y_m
     if p.springy_m != 0.0:
         x -= p.springy_m * acceleration[0] / HOST_M_PER_S2
         y -= p.springy_m * acceleration[1] / HOST_M_PER_S2

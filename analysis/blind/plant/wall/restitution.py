@@ -85,11 +85,14 @@ def _by_the_rim(value: float, blow: Blow, state: Floats, p: PlantParameters) -> 
     """By the place on the disk's rim: less at a nick.
 
     A washer punched of rolled sheet is harder along the sheet's grain than across: `sheet` cos 2(rim - `sheet_rad`).
+    A washer that was quenched from one side is harder there than opposite: `hardened` cos(rim - `hardened_rad`).
     A loose rubber band around the rim is pushed to the other side of it by each blow: where it was struck the last time
     it is bare and hard, opposite the band lies double: `shifted` cos(rim - the last one).
     """
     value -= p.nick * _bell(blow.rim_rad - p.nick_rad, NICK_RAD)
     value = _raised(value, p.sheet * np.cos(2.0 * (blow.rim_rad - p.sheet_rad)))
+    if p.hardened != 0.0:
+        value = _raised(value, p.hardened * np.cos(blow.rim_rad - p.hardened_rad))
     if p.shifted != 0.0 and state[COUNT] > 0.5:  # there was an impact before
         value = _raised(value, p.shifted * np.cos(blow.rim_rad - state[STRUCK]))
     return value
@@ -105,6 +108,8 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
     lost at `pad_rad`, falling off like a bell of `PAD_RAD`.
     A lamp that is switched on for each run warms one side of the wall: `lamp` (1 + cos(azimuth - `lamp_rad`)) / 2
     is lost times the share of the run that has passed.
+    One of the ring's screws backs out from run to run, and the ring gives at its side: `backed`, the run's own, (1 +
+    cos(azimuth - `backed_rad`)) / 2 is lost.
     A ring is held by four bolts, and gives between them: at each it returns more by `bolts`, falling off like a bell of
     `BOLT_RAD`.
     """
@@ -118,6 +123,8 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
     if p.lamp != 0.0:
         passed = min(max(blow.time, 0.0) / p.duration_s, 1.0)
         value -= p.lamp * passed * 0.5 * (1.0 + np.cos(blow.azimuth - p.lamp_rad))
+    if p.backed != 0.0:
+        value = _raised(value, -p.backed * 0.5 * (1.0 + np.cos(blow.azimuth - p.backed_rad)))
     if p.bolts != 0.0:
         value = _raised(value, p.bolts * _bell(4.0 * (blow.azimuth - p.bolts_rad), 4.0 * BOLT_RAD))
     return value

@@ -5,7 +5,7 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import APPROACH, COUNT, IMPACT_S, NORMAL
+from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, NORMAL
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
@@ -14,6 +14,8 @@ POCKET_RAD = 0.4  # of the wall, from the middle of a worn pocket to where it is
 SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
 CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
+PEEL_RAD = 0.7  # of the disk's rim, from a peeling end's top to where it stands out three fifths as far
+PEEL_BLOWS = 8.0  # after which it has peeled off by two thirds
 TIPPED_S = 0.04  # in which a disk that a blow has tipped lies flat again: most of a flight
 TIPPED_M_PER_S = 0.7  # approach of a blow that tips it half as far as any could
 THROWN_RAD_PER_S = 40.0  # spin that throws a heavy tyre out half the way
@@ -165,6 +167,20 @@ def rim_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
     edge = np.tanh(away / LAP_RAD)
     more = p.lap_m * (0.5 * edge - away / (2.0 * np.pi))
     return chip + more, flank + p.lap_m * (0.5 * (1.0 - edge**2) / LAP_RAD - 1.0 / (2.0 * np.pi))
+
+
+@inlined
+def peeled(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets with tape around its rim whose end is pressed on before each run, and
+    that blows peel off.
+
+    At `peeling_rad` of the rim it stands out by `peeling_m` (1 - exp(-n / `PEEL_BLOWS`)), n the blows before, falling
+    off to either side like a bell of `PEEL_RAD`.
+    """
+    off = azimuth - state[ANGLE] - p.peeling_rad
+    away = np.arctan2(np.sin(off), np.cos(off)) / PEEL_RAD
+    end = p.peeling_m * (1.0 - np.exp(-state[COUNT] / PEEL_BLOWS)) * np.exp(-0.5 * away**2)
+    return -end, end * away / PEEL_RAD
 
 
 @inlined

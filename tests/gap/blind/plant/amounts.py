@@ -211,6 +211,22 @@ ORDERS = {
     "unknown_exposure_control": ("pixels", 0.25),  # the disk is faster than the Host
     "unknown_sinking_head": ("pixels", 0.75),
     "unknown_bulging_lid": ("pixels", 0.67),
+    "unknown_lapped_plates": ("force", 0.35),
+    "unknown_outward_brush": ("friction", 0.43),
+    "unknown_magnet_beneath": ("friction", 0.48),
+    "unknown_hysteresis_drag": ("force", 0.44),
+    "unknown_scaly_face": ("friction", 0.28),  # of spins of 32 rad/s
+    "unknown_turned_washer": ("friction", 0.4),
+    "unknown_hardened_side": ("kick", 0.08),
+    "unknown_backed_screw": ("kick", 0.1),
+    "unknown_sintered_ring": ("kick", 0.08),
+    "unknown_shaken_powder": ("kick", 0.075),
+    "unknown_shear_set": ("twist", 4.0),
+    "unknown_creeping_clamps": ("gap", 2.1e-4),
+    "unknown_peeling_tape": ("gap", 2.2e-4),
+    "unknown_heat_haze": ("pixels", 0.6),
+    "unknown_ticking_timer": ("pixels", 0.3),  # the disk is faster than the Host
+    "unknown_card_play": ("pixels", 0.52),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -271,6 +287,7 @@ OF_THE_DISK = (
     "unknown_leaning_card",
     "unknown_blooming_markers",
     "unknown_bulging_lid",
+    "unknown_card_play",
 )
 # Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
 AS_BEFORE = {
@@ -313,5 +330,13 @@ AS_BEFORE = {
         "unknown_exposure_control",
         "restitution_drift+unknown_sinking_head",
         "camera_clock_offset+unknown_wearing_middle",
+    ],
+    "foreseen": [
+        "plane_tilt+unknown_shear_set",
+        "unknown_peeling_tape",
+        "unknown_shaken_powder",
+        "unknown_heat_haze",
+        "restitution_drift+unknown_ticking_timer",
+        "camera_clock_offset+unknown_hysteresis_drag",
     ],
 }

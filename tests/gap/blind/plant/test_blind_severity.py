@@ -24,7 +24,7 @@ from tests.gap.blind.plant.rig import (
 
 GROUPS = (
     *("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed"),
-    "witnessed",
+    *("witnessed", "foreseen"),
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
@@ -33,7 +33,7 @@ BY_COUNT = "unknown_dropped_frame"  # its severity is how many runs it is in, no
 # How much of the slip comes back is seen in the spin.
 BY_THE_RIM = (
     *("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner", "unknown_sheared_gel"),
-    "unknown_curing_glue",
+    *("unknown_curing_glue", "unknown_shear_set"),
 )
 STAGES = {"overlooked": (7, 5, 2, 2)}  # how many causes of each; of the others six, five, two and three
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
@@ -45,6 +45,8 @@ BENT = {
     "unknown_hertzian_wall": 0.2,
     "unknown_flung_oil": 0.2,
     "unknown_sloshing_oil": 0.35,
+    "unknown_sintered_ring": 0.2,
+    "unknown_shaken_powder": 0.2,
 }
 
 
@@ -84,6 +86,9 @@ def _acts(name):
             "unknown_exposure_control": camera == "VW2",
             "unknown_sinking_head": camera == "VW2",
             "unknown_bulging_lid": of_the_disk,
+            "unknown_heat_haze": camera == f"VW{view.get('haze_camera', 0) + 1}",
+            "unknown_ticking_timer": camera != "",
+            "unknown_card_play": of_the_disk & (marker != "N1"),
         }[name]
 
     return chosen
