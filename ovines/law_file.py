@@ -24,7 +24,8 @@ class FactorEntry(Section):
     exp(-q / s), `gaussian` exp(-(q / s)^2 / 2), `below` (1 where q < s), `sign`, `pulses` (a Gaussian of width n about
     every multiple of the period s), `gates` (1 over a width n about every multiple of the period s), `above`
     max(q - s, 0)^n, `tanh` tanh(q / s), `decay` exp(-|q| / s), `rational` 1 / (1 + |q / s|^n), `within` (1 where
-    |q| < s), `sawtooth` (of an angle n q: sign / 2 - n q / (2 pi), a step at 0)."""
+    |q| < s), `sawtooth` (of an angle n q: sign / 2 - n q / (2 pi), a step at 0), `rising` 1 - exp(-|q| / s), `beyond`
+    (1 where q >= s)."""
 
     quantity: str
     """What it follows ([quantities](#quantities)). Example: `"radius"`."""
@@ -33,11 +34,12 @@ class FactorEntry(Section):
     order: float = 1.0
     """n: power, multiple of an angle, or width of pulses and gates. Example: `2.0`."""
     scale: float = 1.0
-    """s, in the quantity's unit; period of pulses and gates, threshold of `below` and `above`. Example: `0.004`."""
+    """s, in the quantity's unit; period of pulses and gates, threshold of `below`, `beyond` and `above`.
+    Example: `0.004`."""
     x: float = 0.0
-    """Place (m), angle (rad), instant (s) or value from which q counts. Example: `0.0`."""
+    """Place (m), wind (m/s), angle (rad), instant (s) or value from which q counts. Example: `0.0`."""
     y: float = 0.0
-    """Second coordinate of a place (m); direction of a line (rad). Example: `0.0`."""
+    """Second coordinate of a place (m) or a wind (m/s); direction of a line (rad). Example: `0.0`."""
 
 
 class TermEntry(Section):
@@ -52,9 +54,9 @@ class TermEntry(Section):
     unit: str | None = None
     """Unit of the coefficient; checked. Example: `"1/s^2"`."""
     x: float = 0.0
-    """The target's own angle (rad), place (m), or number of a camera or a marker. Example: `0.0`."""
+    """The target's own angle (rad), place (m), wind (m/s), or number of a camera or a marker. Example: `0.0`."""
     y: float = 0.0
-    """Second coordinate of the place (m); direction of a marker (rad). Example: `0.0`."""
+    """Second coordinate of the place (m) or the wind (m/s); direction of a marker (rad). Example: `0.0`."""
     factors: tuple[FactorEntry, ...] = ()
     """Tables of the keys above. Example: `[{quantity = "radius"}]`."""
 

@@ -87,7 +87,7 @@ def law_page() -> str:
     lines = [page.rstrip(), "", "## Targets", "", "| target | unit of a term | acts on | stage | `x`, `y` |"]
     lines.append("|---|---|---|---|---|")
     own = {"": "", "angle": "angle (rad)", "axis": "axis of the mirror (rad)", "room": "place (m)", "host": "place (m)"}
-    own |= {"body": "angle from the disk's own axis (rad)"}
+    own |= {"body": "angle from the disk's own axis (rad)", "wind": "velocity of the air in the room (m/s)"}
     own |= {
         "line": "offset (m), direction (rad)",
         "turning": "zero (rad), rate (rad/s)",

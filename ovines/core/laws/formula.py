@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.laws.words import ALONG, DIRECTED, NES_PLACE, QUANTITIES, TARGETS, TRAINS
 
@@ -91,6 +93,7 @@ def _text_term(term: Term, first: bool) -> str:
             "angle": f"({term.x:.3g} rad)",
             "axis": f"({term.x:.3g} rad)",
             "body": f"({term.x:.3g} rad)",
+            "wind": f"({_wind(term)})",
         }.get(own, f"({_place(term)})")
         parts.append(f"{term.target.removeprefix('nes_place_').replace('nes_place', 'direction')}{at}")
     elif TARGETS[term.target].own in DIRECTED:
@@ -102,6 +105,10 @@ def _place(one: Term | Factor) -> str:
     return f"{1e3 * one.x:.4g} mm, {1e3 * one.y:.4g} mm"
 
 
+def _wind(one: Term | Factor) -> str:
+    return f"wind {math.hypot(one.x, one.y):.4g} m/s to {math.atan2(one.y, one.x):.3g} rad"
+
+
 def _text_quantity(one: Factor, term: Term) -> str:
     """A factor's quantity with what it has of its own."""
     unit = QUANTITIES[one.quantity].unit
@@ -109,6 +116,8 @@ def _text_quantity(one: Factor, term: Term) -> str:
     if own in ("room", "host"):
         # The target's own place is named with it.
         name = name if (one.x, one.y) == (term.x, term.y) else f"{name}({_place(one)})"
+    elif own == "wind":
+        name = name if (one.x, one.y) == (term.x, term.y) else f"{name}({_wind(one)})"
     elif own == "line":
         name = f"({name}({one.y:.3g} rad)" + (f" - {1e3 * one.x:.3g} mm" if one.x else "") + ")"
     elif one.quantity in ALONG:
@@ -140,6 +149,8 @@ def _text_factor(one: Factor, term: Term) -> str:
         return f"exp(-({name} / {one.scale:.4g} {unit})^2 / 2)"
     if one.function == "below":
         return f"[{name} < {one.scale:.4g} {unit}]"
+    if one.function == "beyond":
+        return f"[{name} >= {one.scale:.4g} {unit}]"
     if one.function == "above":
         inside = f"max({name} - {one.scale:.4g} {unit}, 0)"
         return inside if one.order == 1 else f"{inside}^{one.order:g}"
@@ -147,6 +158,8 @@ def _text_factor(one: Factor, term: Term) -> str:
         return f"tanh({name} / {one.scale:.4g} {unit})"
     if one.function == "decay":
         return f"exp(-|{name}| / {one.scale:.4g} {unit})"
+    if one.function == "rising":
+        return f"(1 - exp(-|{name}| / {one.scale:.4g} {unit}))"
     if one.function == "rational":
         return f"1/(1 + |{name} / {one.scale:.4g} {unit}|^{one.order:g})"
     if one.function == "within":
@@ -215,7 +228,9 @@ def _latex_factor(one: Factor) -> str:
         return rf"e^{{-\frac{{1}}{{2}}({symbol}/{scale})^2}}"
     if one.function == "below":
         return rf"[{symbol}<{scale}]"
-    if one.function in ("above", "tanh", "decay", "rational", "within"):
+    if one.function == "beyond":
+        return rf"[{symbol}\geq{scale}]"
+    if one.function in ("above", "tanh", "decay", "rising", "rational", "within"):
         return _latex_bent(one, symbol, scale)
     if one.function == "pulses":
         return rf"\sum_k\,e^{{-\frac{{1}}{{2}}(({symbol}-k\cdot {scale})/{_latex_number(one.order, True)}{unit})^2}}"
@@ -234,6 +249,8 @@ def _latex_bent(one: Factor, symbol: str, scale: str) -> str:
         return rf"\tanh({symbol}/{scale})"
     if one.function == "decay":
         return rf"e^{{-|{symbol}|/{scale}}}"
+    if one.function == "rising":
+        return rf"(1-e^{{-|{symbol}|/{scale}}})"
     if one.function == "rational":
         return rf"\frac{{1}}{{1+|{symbol}/{scale}|{power}}}"
     return rf"[\,|{symbol}|<{scale}\,]"
@@ -249,6 +266,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 "angle": f", at {term.x:.3g} rad",
                 "axis": f", about the axis at {term.x:.3g} rad",
                 "body": f", at {term.x:.3g} rad from its own axis",
+                "wind": f", {_wind(term)}",
             }.get(entry.own, f", at ({_place(term)})" if entry.own else "")
             out[entry.symbol] = entry.meaning + own
         elif TARGETS[term.target].own in DIRECTED:
@@ -259,6 +277,8 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
             own = ""
             if quantity.own in ("room", "host"):
                 own = f", at ({_place(one)})"
+            elif quantity.own == "wind":
+                own = f", {_wind(one)}"
             elif one.quantity in ALONG:
                 own = f" of {one.x:.3g} rad"
             elif quantity.own == "line":

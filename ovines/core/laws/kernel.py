@@ -27,8 +27,8 @@ Numbers = NDArray[np.int64]
 (
     FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
     FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN, FROM_CONTACT, ALONG_W, ALONG_A, POLAR_FRICTION,
-    FLOOR_LEVER, FLOOR_TORQUE,
-) = range(21)  # fmt: skip
+    FLOOR_LEVER, FLOOR_TORQUE, ALONG_AIRSPEED,
+) = range(22)  # fmt: skip
 (
     POWER,
     ABSOLUTE,
@@ -46,7 +46,9 @@ Numbers = NDArray[np.int64]
     RATIONAL,
     WITHIN,
     SAWTOOTH,
-) = range(16)
+    RISING,
+    BEYOND,
+) = range(18)
 
 
 class SharedTerms(NamedTuple):
@@ -109,10 +111,12 @@ def factor(row: Floats, at: int, known: Floats) -> float:
         return math.tanh(q / scale)
     if function == DECAY:
         return math.exp(-abs(q) / scale)
+    if function == RISING:
+        return -math.expm1(-abs(q) / scale)
     if function == RATIONAL:
         return 1.0 / (1.0 + abs(q / scale) ** order)
-    if function == BELOW:
-        return 1.0 if q < scale else 0.0
+    if function == BELOW or function == BEYOND:
+        return 1.0 if (q < scale) == (function == BELOW) else 0.0
     if function == PULSES or function == GATES:
         q -= scale * math.floor(q / scale + 0.5)
         if function == GATES:
@@ -184,6 +188,8 @@ def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
         x, y = known[W.HX], known[W.HY]
     elif target == ALONG_V or target == ACROSS_V or target == MIRRORED_V:
         x, y = known[W.VX], known[W.VY]
+    elif target == ALONG_AIRSPEED:
+        x, y = known[W.VX] - row[W.TARGET_X], known[W.VY] - row[W.TARGET_Y]
     elif target == ALONG_U or target == ACROSS_U:
         x, y = known[W.UX], known[W.UY]
     elif target == ALONG_W:

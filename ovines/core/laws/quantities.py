@@ -14,8 +14,8 @@ from ovines.core.laws import words as W
     Q_PASSING, Q_INCIDENCE, Q_SLIDING_ALONG, Q_RADIAL, Q_CIRCLING, Q_HOST_SPEED, Q_HOST_ACCELERATION, Q_FROM_CONTACT,
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
     Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
-    Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER,
-) = range(49)  # fmt: skip
+    Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER, Q_AIRSPEED,
+) = range(50)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
@@ -135,8 +135,9 @@ def of_blows(code: int, x: float, y: float, known: Floats) -> float:
 
 @compiled
 def quantity(code: int, x: float, y: float, known: Floats) -> float:
-    """Value of a quantity; ``x``, ``y`` its own place, or angle, or what it counts from in ``x``; of a line its angle,
-    of what turns its rate, of what fades its time in ``y``; of what swings its rate and the time in which it fades."""
+    """Value of a quantity; ``x``, ``y`` its own place, wind, or angle, or what it counts from in ``x``; of a line its
+    angle, of what turns its rate, of what fades its time in ``y``; of what swings its rate and the time in which it
+    fades."""
     if code == Q_SPEED:
         return math.hypot(known[W.VX], known[W.VY]) - x
     if code == Q_SLIDING:
@@ -161,6 +162,8 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.hypot(known[W.X] - x, known[W.Y] - y)
     if code == Q_HOST:
         return math.hypot(known[W.HX] - x, known[W.HY] - y)
+    if code == Q_AIRSPEED:
+        return math.hypot(known[W.VX] - x, known[W.VY] - y)
     if code == Q_ALONG:
         return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
     if code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_ACCELERATION_ALONG or code == Q_FLOOR_ALONG:

@@ -18,10 +18,10 @@ MOST_TERMS = 8
 #: functions that divide their quantity by a scale of its unit
 SCALED = (
     *("cosine", "sine", "exponential", "gaussian", "below", *W.TRAINS),
-    *("above", "tanh", "decay", "rational", "within", "sawtooth"),
+    *("above", "tanh", "decay", "rational", "within", "sawtooth", "rising", "beyond"),
 )
 #: functions whose scale is a threshold, which may lie anywhere
-THRESHOLDS = ("below", "above")
+THRESHOLDS = ("below", "above", "beyond")
 # A dictionary makes thousands of terms: what a refusal would say is put together once.
 SOME_QUANTITY, SOME_FUNCTION, SOME_TARGET = ("one of " + ", ".join(names) for names in (QUANTITIES, FUNCTIONS, TARGETS))
 WITH_POSITIVE_ORDER = (*W.TRAINS, "above", "rational")
@@ -34,12 +34,14 @@ class Factor:
     Gaussian of width n (in q's unit) about every multiple of the period s, ``gates``: 1 over a width n there, ``above``
     max(q - s, 0)^n, ``tanh`` tanh(q / s), ``decay`` exp(-|q| / s), ``rational`` 1 / (1 + |q / s|^n), ``within``
     (1 where |q| < s), ``sawtooth``: of an angle q taken n times, 1/2 sign(q) - q / (2 pi s), a step up at 0 and even
-    slope elsewhere.
+    slope elsewhere, ``rising`` 1 - exp(-|q| / s), ``beyond`` (1 where
+    q >= s).
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
-    angle, instant or value that q counts from in ``x``, for ``along_host`` the line's direction in ``y`` (rad), for
-    ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` the time in which one fades in ``y`` (s), for
-    ``swing``, ``swing_rate`` and ``ovalling`` the rate in ``x`` (rad/s) and the time in which it fades in ``y`` (s)."""
+    wind of an airspeed (m/s), the angle, instant or value that q counts from in ``x``, for ``along_host`` the line's
+    direction in ``y`` (rad), for ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` the time in which
+    one fades in ``y`` (s), for ``swing``, ``swing_rate`` and ``ovalling`` the rate in ``x`` (rad/s) and the time in
+    which it fades in ``y`` (s)."""
 
     quantity: str
     function: str = "power"
@@ -73,8 +75,8 @@ class Factor:
 @dataclass(frozen=True)
 class Term:
     """``coefficient`` (of what makes the product the target's unit) times ``factors``, in direction of ``target``;
-    ``x``, ``y``: the target's own angle in ``x`` (rad), or place (m), or the number of a camera or marker in ``x`` and
-    its direction in ``y`` (rad).  ``sd``: of the coefficient."""
+    ``x``, ``y``: the target's own angle in ``x`` (rad), or place (m), or wind (m/s), or the number of a camera or
+    marker in ``x`` and its direction in ``y`` (rad).  ``sd``: of the coefficient."""
 
     target: str
     coefficient: float
@@ -234,7 +236,7 @@ def _moved_own(own: str, x: float, y: float, turn: float, origin: tuple[float, f
         return wrapped(x + turn, math.pi), y
     if own in ("line", "marker"):
         return x, wrapped(y + turn, W.TURN)
-    if own in ("room", "host"):
+    if own in ("room", "host", "wind"):
         shift = origin if own == "room" else (0.0, 0.0)
         return c * x - s * y + shift[0], s * x + c * y + shift[1]
     return x, y
@@ -249,6 +251,9 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
             return x, y
         if own in ("room", "host"):
             return x / units["m"], y / units["m"]
+        if own == "wind":
+            unit_m_per_s = units["m"] / units["s"]
+            return x / unit_m_per_s, y / unit_m_per_s
         if own == "turning":
             return x, y * units["s"]
         if own == "swinging":

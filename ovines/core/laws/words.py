@@ -49,8 +49,9 @@ LONG_AGO_S = 1e6
 class Target:
     """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
     its own means (none, "angle", "axis" of a mirror, "body": angle seen from the disk, "room" or "host" place,
-    number of a "camera", with the axis of a mirror ("camera_axis") or a direction ("camera_angle") in its picture,
-    number of a "marker" and its direction in the room, or seen from the disk: "body_marker"), and the stage."""
+    "wind": a velocity in the room, number of a "camera", with the axis of a mirror ("camera_axis") or a direction
+    ("camera_angle") in its picture, number of a "marker" and its direction in the room, or seen from the disk:
+    "body_marker"), and the stage."""
 
     code: int
     unit: str
@@ -97,6 +98,10 @@ TARGETS: dict[str, Target] = {
                 "the spin by the floor's friction, acting on the disk along a direction of it from the mass centre",
             ),
             ("floor_torque", "1", r"\hat z\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
+            (
+                "along_airspeed", "m/s^2", r"\hat v_a", "wind", "flight",
+                "along the velocity in the room against air that moves there by a wind of its own",
+            ),
             ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
             ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
             ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
@@ -333,6 +338,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "way from a place of the Host times the velocity against the floor along it",
             ),
             ("at_cylinder", "1", "C", False, "", "1 at a cylinder in the middle, 0 at the wall"),
+            ("airspeed", "m/s", "v_a", False, "wind", "speed in the room against air that moves there"),
         )
     )
 }
@@ -355,6 +361,8 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
     "rational": (13, False),
     "within": (14, False),
     "sawtooth": (15, False),
+    "rising": (16, False),
+    "beyond": (17, False),
 }
 #: functions of a width, in their order's place, about every multiple of a period
 TRAINS = ("pulses", "gates")

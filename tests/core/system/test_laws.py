@@ -22,14 +22,15 @@ RIG = Scenario(
 )  # fmt: skip
 TARGET_CODES = (
     "FIXED OUTWARDS SWIRL ALONG_V ACROSS_V MIRRORED_V ALONG_U ACROSS_U MIRRORED_R FROM_ROOM FROM_HOST "
-    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN FROM_CONTACT ALONG_W ALONG_A POLAR_FRICTION FLOOR_LEVER FLOOR_TORQUE"
+    "FRICTION MIRRORED_FRICTION ALONG_BODY SPIN FROM_CONTACT ALONG_W ALONG_A POLAR_FRICTION FLOOR_LEVER FLOOR_TORQUE "
+    "ALONG_AIRSPEED"
 )
 QUANTITY_CODES = (
     "SPEED SLIDING RADIUS GAP SPIN TIME PHASE SINCE AZIMUTH RUN ROOM HOST ALONG VELOCITY APPROACH SLIP BODY CLOCK "
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
     "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
     "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING RIM_TURN LAST_SLIP BLOWS "
-    "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER"
+    "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER AIRSPEED"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -72,9 +73,16 @@ PLAIN_LAWS = (
             Term("mirrored_floor_friction", 0.2, x=0.9),
             Term("swirl", -3.0, (Factor("radius"),)),
             Term("fixed_direction", -0.3, (Factor("velocity_along", x=1.1),), x=1.1),
+            Term("along_airspeed", -0.2, (Factor("airspeed", "power", 2.0, x=1.1, y=-0.8),), 1.1, -0.8),
         )
     ),
-    WrittenLaw((Term("restitution", -0.2, (Factor("azimuth", "gaussian", 1.0, 0.5, 0.3),)),)),
+    WrittenLaw(
+        (
+            Term("restitution", -0.2, (Factor("azimuth", "gaussian", 1.0, 0.5, 0.3),)),
+            Term("restitution", -0.2, (Factor("approach", "rising", 1.0, 0.4),)),
+            Term("restitution", 0.1, (Factor("approach", "beyond", 1.0, 0.2),)),
+        )
+    ),
 )
 # What bends, ends or knows the disk's angle; numbers of the impact that no other law asks for.
 BENT_LAWS = (
@@ -162,6 +170,39 @@ def test_every_law_turns_with_the_world(laws):
     y = simulate(turned)
     path = np.column_stack([x.motion["nes_x_m"], x.motion["nes_y_m"]]) @ matrix.T
     np.testing.assert_allclose(np.column_stack([y.motion["nes_x_m"], y.motion["nes_y_m"]]), path, rtol=0, atol=1e-8)
+
+
+def test_air_that_moves_past_takes_the_disk_along():
+    """On a floor without friction its speed against the air falls as 1 / (1 + c u t), along a straight line of the
+    air's frame; where the world's origin lies is nothing to a wind."""
+    wind, rate = np.array([1.5, 0.9]), 0.8
+    term = Term("along_airspeed", -rate, (Factor("airspeed", "power", 2.0, x=wind[0], y=wind[1]),), *wind)
+    law = WrittenLaw((term,))
+    start = np.array([0.1, -0.3])
+    free = replace(
+        RIG, laws=(law,), friction=None, host=Host(radius_m=5.0), initial_nes=(0.0, 0.0, *start, 0.0, 20.0),
+    )  # fmt: skip
+    end = simulate(free).final_state[2:4]
+    u = start - wind
+    np.testing.assert_allclose(end, wind + u / (1 + rate * np.hypot(*u) * free.duration_s), rtol=1e-9)
+    (moved,) = law.moved(0.5 * math.pi, (3.0, 7.0)).terms
+    for one in (moved, moved.factors[0]):
+        assert (one.x, one.y) == pytest.approx((-0.9, 1.5))
+    assert as_text(law) == ("acceleration += -0.8 1/m * airspeed^2 * along_airspeed(wind 1.749 m/s to 0.54 rad)")
+    assert ("v_a", "speed in the room against air that moves there, wind 1.749 m/s to 0.54 rad") in legend(law)
+
+
+def test_what_rises_and_what_sets_in():
+    """1 - exp(-|q| / s) to both sides of nothing; 1 from s on, 0 before: with what holds below, always 1."""
+    known = np.zeros(W.KNOWN_SIZE)
+    rising = Term("spin", 1.0, (Factor("spin", "rising", 1.0, 3.0),))
+    sides = [Term("spin", 1.0, (Factor("spin", name, 1.0, 3.0),)) for name in ("below", "beyond")]
+    for spin in (-6.0, 0.0, 2.9, 3.0, 6.0):
+        known[W.SPIN] = spin
+        assert kernel.size(np.array(rising.row()), known) == pytest.approx(1 - math.exp(-abs(spin) / 3.0))
+        assert [kernel.size(np.array(one.row()), known) for one in sides] == [spin < 3.0, spin >= 3.0]
+    assert as_text(WrittenLaw((rising,))) == "spin' += 1 1/s^2 * (1 - exp(-|spin| / 3 rad/s))"
+    assert as_text(WrittenLaw(sides[1:])) == "spin' += 1 1/s^2 * [spin >= 3 rad/s]"
 
 
 @pytest.mark.parametrize(
@@ -310,7 +351,7 @@ def test_words_and_compiled_codes_are_the_same():
     numbered = [getattr(quantities, f"Q_{name}") for name in QUANTITY_CODES.split()]
     assert numbered == [one.code for one in QUANTITIES.values()]
     functions = ["POWER", "ABSOLUTE", "COSINE", "SINE", "EXPONENTIAL", "GAUSSIAN", "BELOW", "SIGN", "PULSES", "GATES"]
-    functions += ["ABOVE", "TANH", "DECAY", "RATIONAL", "WITHIN", "SAWTOOTH"]
+    functions += ["ABOVE", "TANH", "DECAY", "RATIONAL", "WITHIN", "SAWTOOTH", "RISING", "BEYOND"]
     assert [getattr(kernel, name) for name in functions] == [code for code, _ in FUNCTIONS.values()]
 
 

@@ -125,7 +125,7 @@ def test_a_floor_that_wears_in_its_middle_is_more_there_at_first_and_less_at_las
     series, _ = made_series(tmp_path, "unknown_wearing_middle", 0.9, 43, runs=6)
     flights = flight_regression(first_flights(series, EFFECTS))
     scales = RigScales.of(flights.known, float(series.runs[0].data.host.omega_rad_per_s))
-    known = [one for one in modulated(scales) if one.terms[0].target == "floor_friction"]
+    known = [one for one in flight_candidates(scales) if one.terms[0].target == "floor_friction"]
     table, groups = columns_of(known, flights.columns, flights.problem.block)
     forms = forms_of(flights.problem, table, groups)
     gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0]

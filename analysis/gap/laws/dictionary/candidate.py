@@ -28,7 +28,10 @@ UNITS = {
     "m^2/s^2": "_m2_per_s2",
     "1": "",
 }
-SCALED = ("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay", "rational", "within")
+SCALED = (
+    *("exponential", "gaussian", "below", *TRAINS, "above", "tanh", "decay"),
+    *("rational", "within", "rising", "beyond"),
+)
 # Step of a difference, over a number's sd; and at the most over the number itself: a width stays one.
 STEP_SD, STEP_SHARE = 0.1, 0.25
 QUARTER = 0.5 * math.pi
@@ -181,6 +184,13 @@ def _of_target(term: Term, out: dict[str, tuple[float, str]]) -> None:
         out["axis_rad"] = (term.x, "rad")
     elif kind in ("room", "host"):
         out["place_x_m"], out["place_y_m"] = (term.x, "m"), (term.y, "m")
+    elif kind == "wind":
+        out |= _wind(term)
+
+
+def _wind(one: Term | Factor) -> dict[str, tuple[float, str]]:
+    """Speed of the air, and the direction in which it blows."""
+    return {"wind_m_per_s": (math.hypot(one.x, one.y), "m/s"), "wind_rad": (math.atan2(one.y, one.x), "rad")}
 
 
 def _angle_of(term: Term) -> float:
@@ -193,6 +203,9 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
     if entry.own in ("room", "host"):
         if (one.x, one.y) != (term.x, term.y):
             out["place_x_m"], out["place_y_m"] = (one.x, "m"), (one.y, "m")
+    elif entry.own == "wind":
+        if (one.x, one.y) != (term.x, term.y):
+            out |= _wind(one)
     elif entry.own == "line":
         if one.x != 0.0:
             out["offset_m"] = (one.x, "m")

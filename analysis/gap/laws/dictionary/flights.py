@@ -9,6 +9,7 @@ from analysis.gap.laws.dictionary.modulated import modulated
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.places import place_candidates
 from analysis.gap.laws.dictionary.ring import ring_candidates
+from analysis.gap.laws.dictionary.uneven import uneven_candidates
 
 
 def flight_candidates(scales: RigScales) -> list[Candidate]:
@@ -19,5 +20,6 @@ def flight_candidates(scales: RigScales) -> list[Candidate]:
         *place_candidates(scales),
         *friction_candidates(scales),
         *ring_candidates(scales),
-        *torque_candidates(),
+        *uneven_candidates(scales),
+        *torque_candidates(scales),
     ]

@@ -8,20 +8,40 @@ when the world is turned; what has a direction of its own comes as a pair of col
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
 from analysis.gap.laws.dictionary.modulated import LIFTS, REACHES, SPEEDS, TIMES
-from analysis.gap.laws.dictionary.parts import ANGLE_STEP, RigScales, pair, plain, scaled
+from analysis.gap.laws.dictionary.parts import ANGLE_STEP, RigScales, pair, plain, rings, scaled
 from ovines.core.laws.terms import Factor, Term
 
 RAIL_DIRECTIONS = 12
+# Winds: rings of so many directions, the air's speed over the usual one; and by how much a search first moves one.
+WINDS, WIND_STEP = ((0.4, 6), (1.2, 8)), 0.2
+# Spins of the air over the usual one, and by how much a search first moves one.
+WHIRLS, WHIRL_STEP = (-1.5, -0.5, 0.5, 1.5), 0.25
 
 
 def force_candidates(scales: RigScales) -> list[Candidate]:
     """Forces that are no carrier of :mod:`modulated`, and the carriers alone."""
-    return [*_central(), *_along_and_across(scales), *_fixed(), *_with_the_body(), *_to_the_last_contact(scales)]
+    return [
+        plain("force of the room", *pair("fixed_direction", QUARTER)),
+        *_central(), *_along_and_across(scales), *_in_wind(scales), *_with_the_body(), *_to_the_last_contact(scales),
+    ]  # fmt: skip
+
+
+def _in_wind(scales: RigScales) -> list[Candidate]:
+    """Drag with the square of the speed against air that moves past the rig: of one that goes with the speed, the wind
+    is a force of the room."""
+
+    def drag(x: float, y: float) -> tuple[Term, ...]:
+        return (Term("along_airspeed", 1.0, (Factor("airspeed", "power", 2.0, x=x, y=y),), x, y),)
+
+    speed = scales.speed_m_per_s
+    steps = (WIND_STEP * speed, WIND_STEP * speed)
+    return [Candidate("drag in a wind, squared", drag, wind, steps, (False, False)) for wind in rings(WINDS, speed)]
 
 
 def _central() -> list[Candidate]:
@@ -69,15 +89,6 @@ def _along_and_across(scales: RigScales) -> list[Candidate]:
     return out + [Candidate("drag along one direction", rail, (float(a),), (ANGLE_STEP,), (False,)) for a in angles]
 
 
-def _fixed() -> list[Candidate]:
-    target = "fixed_direction"
-    out = [plain("force of the room", *pair(target, QUARTER))]
-    for word in ("time", "run"):
-        both = (*pair(target, QUARTER), *pair(target, QUARTER, Factor(word)))
-        out.append(plain(f"force of the room, linear in the {word} from what it is at first", *both))
-    return out
-
-
 def _to_the_last_contact(scales: RigScales) -> list[Candidate]:
     """Pulls towards the place of the contact before."""
     reaches = [share * scales.radius_m for share in REACHES]
@@ -103,13 +114,24 @@ def _with_the_body() -> list[Candidate]:
     return out
 
 
-def torque_candidates() -> list[Candidate]:
+def torque_candidates(scales: RigScales) -> list[Candidate]:
     """Torques: of the spin, of the disk's angle in the room and in the Host, of the motion."""
     spin, target = Factor("spin"), "spin"
+
+    def whirl(air: float) -> tuple[Term, ...]:
+        against = Factor("spin", x=air)
+        return (Term(target, 1.0, (against, replace(against, function="absolute_power"))),)
+
     out = [
         plain("torque of constant size", Term(target, 1.0)),
         plain("torque with the spin's square", Term(target, 1.0, (spin, Factor("spin", "absolute_power")))),
         plain("torque with the spin's cube", Term(target, 1.0, (Factor("spin", "power", 3.0),))),
+        plain("torque of air that turns, with the spin", Term(target, 1.0), Term(target, 1.0, (spin,))),
+    ]
+    unit = scales.spin_rad_per_s
+    out += [
+        Candidate("torque of air that turns, squared", whirl, (share * unit,), (WHIRL_STEP * unit,), (False,))
+        for share in WHIRLS
     ]
     for order in (3.0, 4.0):
         terms = (Term(target, 1.0, (wave,)) for wave in waves("angle", order))

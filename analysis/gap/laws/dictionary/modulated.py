@@ -76,35 +76,38 @@ def _product(terms: tuple[Term, ...], make: Callable[..., Products], *numbers: f
     return tuple(replace(term, factors=(*term.factors, *factors)) for factors in make(*numbers) for term in terms)
 
 
+# What is there more or less: on friction, a force of the room and a drag everything is tried.
+_SPEED, _SPIN, _RADIUS = Factor("speed"), Factor("spin"), Factor("radius")
+FRICTION = Carrier("friction", (Term("floor_friction", 1.0),))
+ROOM = Carrier("force of the room", pair("fixed_direction", QUARTER))
+DRAG = Carrier("drag", (Term("along_velocity", 1.0, (_SPEED,)),))
+FEW = (
+    Carrier("drag against the Host", (Term("along_sliding", 1.0, (Factor("sliding_speed"),)),)),
+    Carrier("pull", (Term("outwards", 1.0),)),
+    Carrier("pull with the radius", (Term("outwards", 1.0, (_RADIUS,)),)),
+    Carrier("swirl", (Term("swirl", 1.0),)),
+    Carrier("swirl with the radius", (Term("swirl", 1.0, (_RADIUS,)),)),
+    Carrier("force across the path with the speed", (Term("across_velocity", 1.0, (_SPEED,)),)),
+    Carrier("force across the path with speed and spin", (Term("across_velocity", 1.0, (_SPEED, _SPIN)),)),
+    Carrier("torque", (Term("spin", 1.0),)),
+    Carrier("torque with the spin", (Term("spin", 1.0, (_SPIN,)),)),
+    Carrier("torque of the floor's friction", (Term("floor_torque", 1.0),)),
+)
+
+
 def modulated(scales: RigScales) -> list[Candidate]:
     """Every carrier times every modulator; those that are many - places, waves, lines - on what has its own place
     mostly: friction, a force of the room, a drag.  (A force in waves over the floor goes along them: `places`.)"""
-    speed, spin, radius = Factor("speed"), Factor("spin"), Factor("radius")
-    friction = Carrier("friction", (Term("floor_friction", 1.0),))
-    room = Carrier("force of the room", pair("fixed_direction", QUARTER))
-    drag = Carrier("drag", (Term("along_velocity", 1.0, (speed,)),))
-    few = (
-        Carrier("drag against the Host", (Term("along_sliding", 1.0, (Factor("sliding_speed"),)),)),
-        Carrier("pull", (Term("outwards", 1.0),)),
-        Carrier("pull with the radius", (Term("outwards", 1.0, (radius,)),)),
-        Carrier("swirl", (Term("swirl", 1.0),)),
-        Carrier("swirl with the radius", (Term("swirl", 1.0, (radius,)),)),
-        Carrier("force across the path with the speed", (Term("across_velocity", 1.0, (speed,)),)),
-        Carrier("force across the path with speed and spin", (Term("across_velocity", 1.0, (speed, spin)),)),
-        Carrier("torque", (Term("spin", 1.0),)),
-        Carrier("torque with the spin", (Term("spin", 1.0, (spin,)),)),
-        Carrier("torque of the floor's friction", (Term("floor_torque", 1.0),)),
-    )
     usual = [*_plain(), *_waves(), *_of_motion(scales), *_of_time(scales), *_of_blows(scales)]
     rhythms = [_sways(scales), _rings(scales), _rings_as_hard(scales)]
-    places = [_seams(scales), _spots(scales)]
-    of_friction = [*usual, *rhythms, *places, _tracks(scales), _place_waves(scales), *_wearing(scales)]
+    places = [seams(scales), patches(scales)]
+    of_friction = [*usual, *rhythms, *places, tracks(scales), _place_waves(scales)]
     grid = [
-        *((friction, one) for one in of_friction),
-        *((room, one) for one in (*usual, *rhythms, *places)),
-        *((drag, one) for one in (*usual, *rhythms, *places)),
-        *((carrier, one) for carrier in few for one in usual),
-        *((carrier, _sways(scales)) for carrier in few if carrier.name.startswith("torque")),
+        *((FRICTION, one) for one in of_friction),
+        *((ROOM, one) for one in (*usual, *rhythms, *places)),
+        *((DRAG, one) for one in (*usual, *rhythms, *places, patches(scales, "room"))),
+        *((carrier, one) for carrier in FEW for one in usual),
+        *((carrier, _sways(scales)) for carrier in FEW if carrier.name.startswith("torque")),
     ]
     every = (candidate for carrier, one in grid for candidate in carrier.times(one))
     # Carriers with and without a factor of their own meet in some products.
@@ -135,7 +138,7 @@ def with_scale(
 
 def changing(name: str, shape: tuple[str, str, float], sizes: Sequence[float], quantity: str) -> Modulator:
     """The same as :func:`with_scale`, and it times a ``quantity``: what is there at first, and how it changes."""
-    return _twice(with_scale(name, shape, sizes), Factor(quantity))
+    return first_and_changing(with_scale(name, shape, sizes), Factor(quantity))
 
 
 def settling(name: str, shape: tuple[str, str, float], sizes: Sequence[float]) -> Modulator:
@@ -144,7 +147,9 @@ def settling(name: str, shape: tuple[str, str, float], sizes: Sequence[float]) -
     return replace(one, make=lambda scale: ((), *one.make(scale)))
 
 
-def _twice(one: Modulator, factor: Factor) -> Modulator:
+def first_and_changing(one: Modulator, factor: Factor) -> Modulator:
+    """What is there at first, and the same times a ``factor``."""
+
     def make(*numbers: float) -> Products:
         products = one.make(*numbers)
         return (*products, *((*factors, factor) for factors in products))
@@ -212,23 +217,11 @@ def _of_motion(scales: RigScales) -> list[Modulator]:
         with_scale("that sliding takes", ("sliding_speed", "rational", 2.0), lifts),
         with_scale("beyond a speed", ("speed", "above", 1.0), lifts),
         with_scale("at slow spin", ("spin", "decay", 1.0), spins),
+        with_scale("that the spin takes", ("spin", "rational", 2.0), spins),
         with_scale("at spins below one", ("spin", "gaussian", 1.0), spins),
         with_scale("inside a radius", ("radius", "below", 1.0), radii),
         with_scale("beyond a radius", ("radius", "above", 1.0), radii),
         with_scale("near the wall", ("gap", "exponential", 1.0), ranges),
-    ]
-
-
-def _wearing(scales: RigScales) -> list[Modulator]:
-    """What wears or gathers in the middle or along the wall: more there at first than at last, or less."""
-    middle, wall = ([share * scales.radius_m for share in shares] for shares in (BEYOND[:2], RANGES))
-    return [
-        changing(f"{place}, changing with the {quantity}", shape, sizes, quantity)
-        for place, shape, sizes in (
-            ("in the middle", ("radius", "gaussian", 1.0), middle),
-            ("near the wall", ("gap", "exponential", 1.0), wall),
-        )
-        for quantity in ("run", "time")
     ]
 
 
@@ -293,17 +286,20 @@ def _rings_as_hard(scales: RigScales) -> Modulator:
     return replace(_rings(scales, (Factor("last_approach"),)), name="that rings as hard as the last blow was")
 
 
-def _spots(scales: RigScales) -> Modulator:
+def patches(scales: RigScales, where: str = "host") -> Modulator:
+    """Places of the Host, or of the ``"room"``: what stands below the table acts there."""
     step = PLACE_STEP * scales.radius_m
 
     def make(x: float, y: float, width: float) -> Products:
-        return ((Factor("distance_in_host", "gaussian", 1.0, width, x, y),),)
+        return ((Factor(f"distance_in_{where}", "gaussian", 1.0, width, x, y),),)
 
     starts = tuple(((x, y, share * scales.radius_m), (step, step, 0.2)) for x, y in spots(scales) for share in WIDTHS)
-    return Modulator("of a patch", make, starts, (False, False, True))
+    return Modulator("of a patch" if where == "host" else "of a patch of the room", make, starts, (False, False, True))
 
 
-def _seams(scales: RigScales) -> Modulator:
+def seams(scales: RigScales) -> Modulator:
+    """The sides of a straight line."""
+
     def make(angle: float, place: float) -> Products:
         return ((Factor("along_host", "below", 1.0, place, 0.0, angle),),)
 
@@ -312,7 +308,7 @@ def _seams(scales: RigScales) -> Modulator:
     return Modulator("on one side of a line", make, starts, (False, False))
 
 
-def _tracks(scales: RigScales) -> Modulator:
+def tracks(scales: RigScales) -> Modulator:
     """A worn or oily track around the Host's centre."""
 
     def make(radius: float, width: float) -> Products:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
 from analysis.gap.laws.dictionary.modulated import WEARS, Modulator, all_with_scale, fixed, settling, with_scale
 from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.uneven import evenly
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 from ovines.core.laws.words import MOST_FACTORS
@@ -55,6 +56,7 @@ def of_flights(scales: RigScales) -> list[Modulator]:
         fixed("changing with the time", (), (Factor("time"),)),
         settling("settling in the run", ("time", "exponential", 1.0), [share * scales.run_s for share in SETTLING]),
         settling("settling with the blows", ("blows", "exponential", 1.0), WEARS),
+        *(evenly(quantity, order) for quantity in ("azimuth", "body_angle") for order in (1.0, 2.0)),
     ]
 
 
@@ -81,6 +83,9 @@ def of_impacts(known: Array) -> list[Modulator]:
         *(_wave(quantity) for quantity in ("azimuth", "body_angle", "phase")),
         with_scale("that settles in the run", ("time", "exponential", 1.0), [share * run_s for share in FADES]),
         with_scale("after an impact", ("since", "exponential", 1.0), [share * usual_s for share in REMEMBERED]),
+        fixed("changing with the run", (), (Factor("run"),)),
+        fixed("changing with the time", (), (Factor("time"),)),
+        *(evenly(quantity) for quantity in ("azimuth", "body_angle")),
     ]
 
 

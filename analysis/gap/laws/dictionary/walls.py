@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import SCALES, around, creeping, spaced, swinging, worn
+from analysis.gap.laws.dictionary.impacts import SCALES, after_the_way, around, creeping, spaced, swinging, worn
 from analysis.gap.laws.dictionary.modulated import WEARS, Carrier, fixed, with_scale
 from analysis.gap.laws.dictionary.parts import plain, scaled
+from analysis.gap.laws.dictionary.uneven import of_impacts_uneven, uneven
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 
@@ -80,6 +81,7 @@ def _shapes_that_change(known: Array) -> list[Candidate]:
             ("at small slips", ("slip", "decay", 1.0), usual_slip),
             ("that settles", ("time", "exponential", 1.0), run_s * SETTLES[1]),
         ) if size > 0),
+        *of_impacts_uneven(known),
     ]  # fmt: skip
     carriers = [
         Carrier(f"{WORD} with the {quantity.replace('_', ' ')}, order {order}, changing",
@@ -88,7 +90,11 @@ def _shapes_that_change(known: Array) -> list[Candidate]:
         for order in orders
     ]  # fmt: skip
     made = [one for carrier in carriers for modulator in modulators for one in carrier.times(modulator)]
+    whole = Carrier(WORD, (Term(TARGET, 1.0),))
+    for modulator in of_impacts_uneven(known):
+        made += whole.times(uneven(modulator, "azimuth"))
     price = CLEARLY + 2.0 * math.log(len(modulators))
+    made = list({_form(one): one for one in reversed(made)}.values())[::-1]  # some quantities stand in both lists
     return [replace(one, looked=one.looked + price) for one in made]
 
 
@@ -151,8 +157,19 @@ def wall_candidates(known: Array) -> list[Candidate]:
         ("the wall's own speed", Factor("wall_speed")),
         ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
         ("the time in the run", Factor("time")), ("the run", Factor("run")),
+        ("the sense of spin", Factor("spin", "sign")),
+        ("the sense of the wall's own speed", Factor("wall_speed", "sign")),
+        ("the sense of the Host's acceleration outwards", Factor("host_acceleration_outwards", "sign")),
+        ("the inverse approach speed", Factor("approach", "absolute_power", -1.0)),
     ):  # fmt: skip
         out.append(plain(f"{WORD} with {name}", Term(TARGET, 1.0, (factor,))))
+    for name, column, form in (
+        ("the slip, ending", W.SLIP, ("slip", "decay", 1.0)),
+        ("the approach speed, ending", W.APPROACH, ("approach", "exponential", 1.0)),
+    ):
+        sizes = np.quantile(np.abs(known[:, column]), SCALES[1:]).tolist() if len(known) else []
+        out += scaled(f"{WORD} with {name}", TARGET, form, sizes)
+    out += after_the_way(WORD, TARGET, known)
     since = known[:, W.SINCE]
     since = since[since < 0.5 * W.LONG_AGO_S]
     fades = np.quantile(since, SCALES).tolist() if len(since) else []

@@ -1,0 +1,180 @@
+"""What is more on one side than on the other and changes besides, air that moves past the rig, what sets in: forms that
+no list of causes held, and two causes of the plant's that ask for them.  In view, therefore no blind result."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.blind.plant.parameters import PlantParameters
+from analysis.gap.laws.dictionary.candidate import Candidate, law_at, named_numbers, with_sds
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.modulated import fixed
+from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.uneven import evenly, uneven
+from analysis.gap.laws.dictionary.walls import wall_candidates
+from analysis.gap.laws.flight_rows import flight_regression
+from analysis.gap.laws.impact_law import find_impact_law
+from analysis.gap.laws.impact_rows import distance_regression, law_regression
+from analysis.gap.laws.numbers_inside import searched
+from analysis.gap.laws.regression.forms import forms_of, held_out_gains
+from analysis.gap.laws.regression.problem import Profile
+from analysis.gap.laws.search import SHORTLIST, columns_of
+from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.selection.impacts.fit import fit_impacts
+from ovines.core.laws.formula import as_text
+from ovines.core.laws.terms import Factor, Term
+from tests.gap.laws.test_memory_laws import EFFECTS, flight_law, made_series, quantities
+
+COSINE, SIDE = Factor("azimuth", "cosine", x=0.7), Factor("body_angle", "cosine", x=-1.1)
+TIME, RUN, PHASE = Factor("time"), Factor("run"), Factor("phase", "cosine", x=0.4)
+EAST = Factor("along_host", y=0.3)
+#: causes as somebody might have them, of one coefficient: a term and, with it, what it is uneven by
+FLIGHTS = {
+    "a side of the floor that wears": (Term("floor_friction", 1.0, (TIME,)), COSINE),
+    "a side of the floor that wears from run to run": (Term("floor_friction", 1.0, (RUN,)), COSINE),
+    "oil from one side, spread after each blow": (
+        Term("floor_friction", 1.0, (Factor("since", "exponential", 1.0, 0.015),)), COSINE,
+    ),
+    "a track that wears": (Term("floor_friction", 1.0, (Factor("radius", "gaussian", 1.0, 0.0065, 0.021), RUN)), None),
+    "one half that wears": (
+        Term("floor_friction", 1.0, (Factor("along_host", "below", 1.0, 0.004, 0.0, 0.3), RUN)), None,
+    ),
+    "a plate that bends about a line in step": (Term("floor_friction", 1.0, (EAST, PHASE)), None),
+    "a sheet that leans with the place, in step": (Term("fixed_direction", 1.0, (EAST, PHASE), x=0.3), None),
+    "a table that is knocked in the run": (
+        Term("fixed_direction", 1.0, (Factor("time", "beyond", 1.0, 0.21),), x=2.0), None,
+    ),
+    "a disk with poles beside a ring of steel": (
+        Term("outwards", 1.0, (Factor("gap", "exponential", 1.0, 0.005),)), Factor("body_angle", "cosine", 2.0, x=0.3),
+    ),
+    "air under a warped disk's shadow": (Term("along_sliding", -1.0, (Factor("sliding_speed"),)), COSINE),
+    "air that turns with a fan": (
+        Term("spin", -1.0, (Factor("spin", x=80.0), Factor("spin", "absolute_power", x=80.0))), None,
+    ),
+    "a disk with a pole in a gradient": (Term("along_body", 1.0, (EAST,), x=0.5), None),
+    "a fan": (
+        Term("along_airspeed", -1.0, (Factor("airspeed", "power", 2.0, x=-1.1, y=1.6),), -1.1, 1.6), None,
+    ),
+}  # fmt: skip
+IMPACTS = {
+    "a wall that warms on one side": (Term("restitution", 1.0, (Factor("time", "rising", 1.0, 0.3),)), COSINE),
+    "a clamp that is lost on one side": (Term("restitution", 1.0, (Factor("time", "beyond", 1.0, 0.6),)), COSINE),
+    "one side cleaned before a run": (Term("wall_friction", 1.0, (Factor("run", "beyond", 1.0, 2.5),)), COSINE),
+    "a side of the rim that wears": (Term("wall_friction", 1.0, (Factor("blows", "rising", 1.0, 9.0),)), SIDE),
+    "a lining thicker on one side, at slow blows": (
+        Term("tangential_restitution", 1.0, (Factor("approach", "exponential", 1.0, 0.8),)), COSINE,
+    ),
+    "oil picked up by the way": (Term("restitution", 1.0, (Factor("from_contact", "exponential", 1.0, 0.015),)), None),
+    "a ring that lifts when it is driven out": (
+        Term("restitution", 1.0, (Factor("host_acceleration_outwards", "above", 1.0, 0.0),)), None,
+    ),
+    "a lining that gives way at a speed": (Term("restitution", 1.0, (Factor("approach", "beyond", 1.0, 0.9),)), None),
+}  # fmt: skip
+WALLS = {
+    "a ring that slips once": (Term("contact_radius", 1.0, (Factor("time", "beyond", 1.0, 0.6), COSINE)), None),
+    "one side swells with the blows": (Term("contact_radius", 1.0, (Factor("blows", "rising", 1.0, 9.0),)), COSINE),
+    "a ring with play": (Term("contact_radius", 1.0, (Factor("host_acceleration_outwards", "sign"),)), None),
+}
+
+
+def closed(rows, candidates, cause):
+    """What the best candidate of a shortlist, their numbers searched, closes of a cause without noise, on runs held
+    out; and its name."""
+    term, beside = cause
+    whole = rows.columns([term, *([replace(term, factors=(*term.factors, beside))] if beside else [])]).sum(1)
+    problem = replace(rows.problem, residual=100.0 * whole / np.linalg.norm(whole))
+    left = 0.0
+    for run in np.unique(problem.run):
+        out = problem.run == run
+        free, prior = problem.nuisances, np.diag(problem.prior)
+        others = free[~out].T @ free[~out] + prior
+        known = np.linalg.lstsq(others, free[~out].T @ problem.residual[~out], rcond=None)[0]
+        left += np.sum((problem.residual[out] - free[out] @ known) ** 2)
+
+    def gains(some):
+        table, groups = columns_of(some, rows.columns, problem.block)
+        forms = forms_of(problem, table, groups)
+        return held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / left
+
+    first = {}  # the best start of each name
+    for i in np.argsort(-gains(candidates)):
+        first.setdefault(candidates[i].name, candidates[i])
+    near = [searched(Profile.of(problem), rows.columns, one) for one in list(first.values())[:SHORTLIST]]
+    return max(zip(gains(near).tolist(), [one.name for one in near], strict=True))
+
+
+@pytest.fixture(scope="module")
+def recorded(loaded):
+    """Rows and candidates of six runs in which nothing acts."""
+    _, series = loaded("none", 1.0, 12, runs=6)
+    fitted = first_flights(series, EFFECTS)
+    impacts = fit_impacts(fitted.fits)
+    flights = flight_regression(fitted)
+    laws, walls = law_regression(impacts, fitted.fits, ()), distance_regression(impacts, fitted.fits)
+    scales = RigScales.of(flights.known, float(series.runs[0].data.host.omega_rad_per_s))
+    return {
+        "flights": (flights, flight_candidates(scales)),
+        "impacts": (laws, law_candidates(laws.known)),
+        "walls": (walls, wall_candidates(walls.known)),
+    }
+
+
+@pytest.mark.parametrize(("stage", "causes"), [("flights", FLIGHTS), ("impacts", IMPACTS), ("walls", WALLS)])
+def test_causes_that_nobody_listed_are_in_the_dictionary(recorded, stage, causes):
+    """One candidate alone closes nine tenths of each on runs that have not seen it."""
+    rows, candidates = recorded[stage]
+    told = {name: closed(rows, candidates, cause) for name, cause in causes.items()}
+    assert {name: one for name, one in told.items() if one[0] < 0.9} == {}
+
+
+def test_a_fan_is_a_drag_against_moving_air(tmp_path):
+    """With the air's own speed and direction, and neither a tilt nor a drag beside it."""
+    series, true = made_series(tmp_path, "unknown_cooling_fan", 0.9, 71, runs=4)
+    law = flight_law(series)
+    assert law is not None
+    assert quantities(law) == [("along_airspeed", ["airspeed"])], as_text(law.law)
+    (speed, sd, _), (way, _, _) = law.numbers["wind_m_per_s"], law.numbers["wind_rad"]
+    assert speed == pytest.approx(PlantParameters().fan_m_per_s, abs=max(4 * sd, 0.1))
+    assert abs(np.angle(np.exp(1j * (way - true["fan_rad"])))) < 0.05
+    assert law.closed > 0.9
+
+
+def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
+    series, _ = made_series(tmp_path, "unknown_lamplit_side", 1.0, 72, runs=6)
+    fits = first_flights(series, EFFECTS).fits
+    law = find_impact_law(fit_impacts(fits), fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None
+    assert {target for target, _ in quantities(law)} == {"restitution"}
+    assert sorted({name for _, names in quantities(law) for name in names}) == ["azimuth", "time"], as_text(law.law)
+
+
+def test_what_is_uneven_is_as_it_is_and_with_both_waves():
+    """Of what changes and of what stays, once around or more often."""
+    waves = [Factor("azimuth", name, 2.0) for name in ("cosine", "sine")]
+    assert uneven(fixed("with time", (TIME,)), "azimuth", 2.0).make() == ((TIME,), *((TIME, one) for one in waves))
+    assert evenly("azimuth", 2.0).make() == ((), *((one,) for one in waves))
+
+
+def test_a_wind_has_a_speed_and_a_direction():
+    """With sds of both from those of its two parts."""
+
+    def drag(x, y):
+        return (Term("along_airspeed", 1.0, (Factor("airspeed", "power", 2.0, x=x, y=y),), x, y),)
+
+    part = Candidate("drag", drag, (3.0, 4.0), (0.1, 0.1), (False, False))
+
+    def build(values):
+        return law_at((part,), values)
+
+    values = np.array([-0.2, 3.0, 4.0])
+    assert named_numbers(build(values)) == {
+        "coefficient": (-0.2, "1/m"), "wind_m_per_s": (5.0, "m/s"),
+        "wind_rad": (pytest.approx(np.arctan2(4, 3)), "rad"),
+    }  # fmt: skip
+    told = with_sds(build, values, np.diag([0.01, 0.1, 0.1]) ** 2)
+    assert told["wind_m_per_s"][1] == pytest.approx(0.1, rel=1e-3)
+    assert told["wind_rad"][1] == pytest.approx(0.02, rel=1e-3)
