@@ -15,8 +15,9 @@ from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import given, without_frame_laws
+from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
+from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
-from analysis.gap.laws.frames.rows import known_frames
 from analysis.gap.laws.frames.seen_disk import find_seen_disk_law
 from analysis.gap.laws.impact_law import (
     ACTS_ON,
@@ -278,13 +279,19 @@ def _measurement_laws(
     ladder of the series without what they say, in which what is left of the measurement stays told."""
     told = [one for one in ladder.structure if one.stage == "measurement"]
     laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
-    if told:
+    asked = bool(told)
+    if told or delay_follows(series):
         found, corrected = find_frame_laws(series, rng)
+        if not told:  # what nothing else asked for is believed by itself only
+            found = tuple(one for one in found if _believed(one, 1.0, 0.0) is not None)
+            corrected = without_frame_laws(series, [one.law for one in found])
         if found:
             again = run_ladder(corrected, rng, withheld)
             misfit = _misfit(again) / WORSE
             if misfit <= _misfit(ladder) or misfit <= _interpolated_misfit(ladder, found):
                 laws, series, best = (*laws, *found), corrected, again
+                told = told or [_delay_structure(one, ladder) for one in found]
+    if asked:
         # The disk alone in one view: the two say how they miss each other, flights which of them is off.
         seen = [(law, run_ladder(without, rng, withheld)) for law, without in find_disk_picture_laws(series, rng)]
         law, again = min(seen, key=lambda one: _misfit(one[1]), default=(None, ladder))
@@ -331,6 +338,12 @@ def _interpolated_misfit(ladder: Ladder, laws: Sequence[LawFound]) -> float:
 def _middle_misfit(fits: Sequence[FlightFits]) -> float:
     ratio = np.concatenate([fit.misfit[fit.freedom > 0] / fit.freedom[fit.freedom > 0] for fit in fits])
     return float(np.median(ratio)) if len(ratio) else 0.0
+
+
+def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
+    """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
+    one = _law_structure(law, "measurement", "x", law.size, least_delay_s(ladder.series))
+    return replace(one, phase="all", unit="s", goes_with=f"{one.goes_with}: the delay of a camera changes")
 
 
 def _clock_structure(law: LawFound, ladder: Ladder) -> Structure:
