@@ -10,13 +10,13 @@ import numpy as np
 
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
-from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contacts_of
+from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of
 from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
-from analysis.gap.laws.frames.corrected import given, without_frame_laws
+from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
-from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.laws.frames.seen_disk import find_seen_disk_law
 from analysis.gap.laws.impact_law import (
@@ -30,7 +30,7 @@ from analysis.gap.laws.impact_law import (
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
-from analysis.gap.selection.flight_steps import FlightSteps, first_flights, sized_beside
+from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
 from analysis.gap.thresholds import (
     DISTANCE_NEGLIGIBLE,
     ELLIPTICITY_NEGLIGIBLE,
@@ -38,7 +38,6 @@ from analysis.gap.thresholds import (
     LAW_LEAST_CLOSED,
     NEGLIGIBLE_FRAMES,
 )
-from ovines.core.laws.terms import Term, WrittenLaw
 from ovines.core.laws.words import QUANTITIES
 
 # A law that no probe asked for closes at least this share of what is left: what a smeared disk feigned closed 0.26, a
@@ -288,7 +287,7 @@ def _measurement_laws(
         if found:
             again = run_ladder(corrected, rng, withheld)
             misfit = _misfit(again) / WORSE
-            if misfit <= _misfit(ladder) or misfit <= _interpolated_misfit(ladder, found):
+            if misfit <= _misfit(ladder) or misfit <= interpolated_misfit(ladder.measured, found):
                 laws, series, best = (*laws, *found), corrected, again
                 told = told or [_delay_structure(one, ladder) for one in found]
     if asked:
@@ -319,25 +318,7 @@ def _measurement_laws(
 def _misfit(ladder: Ladder) -> float:
     """What the nominal model's flights leave per freedom in the frames' stated sds, in the middle flight: effects named
     may have imitated a clock, and so may the noise that flights show."""
-    return _middle_misfit(ladder.flights.nominal.fits)
-
-
-def _interpolated_misfit(ladder: Ladder, laws: Sequence[LawFound]) -> float:
-    """The same where a camera is late by as much as ``laws`` say at the most, always: that moves no flight, so that it
-    shows what taking values between the frames alone makes of their noise and beside impacts.  0 without such laws."""
-    late = [term for law in laws for term in law.law.terms if term.target == "camera_delay"]
-    if not late:
-        return 0.0
-    runs = [run.data for run in ladder.measured.runs]
-    most_s = max(float(np.abs(given(late, known_frames(data.time_s, data))).max()) for data in runs)
-    always = Term("camera_delay", min(most_s, 0.5 * ladder.measured.period_s), x=late[0].x)
-    series = without_frame_laws(ladder.measured, [WrittenLaw((always,))])
-    return _middle_misfit(first_flights(series, stated_effects(series)).fits)
-
-
-def _middle_misfit(fits: Sequence[FlightFits]) -> float:
-    ratio = np.concatenate([fit.misfit[fit.freedom > 0] / fit.freedom[fit.freedom > 0] for fit in fits])
-    return float(np.median(ratio)) if len(ratio) else 0.0
+    return middle_misfit(ladder.flights.nominal.fits)
 
 
 def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
