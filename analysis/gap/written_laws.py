@@ -10,13 +10,14 @@ import numpy as np
 
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
-from analysis.gap.ladder import Ladder, run_ladder, stated_effects, with_contacts_of, with_leaning_wall
+from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of, with_leaning_wall
 from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
-from analysis.gap.laws.frames.corrected import given, without_frame_laws
+from analysis.gap.laws.frames.corrected import without_frame_laws
+from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
-from analysis.gap.laws.frames.rows import known_frames
 from analysis.gap.laws.frames.seen_disk import find_seen_disk_law
 from analysis.gap.laws.impact_law import (
     ACTS_ON,
@@ -35,7 +36,7 @@ from analysis.gap.laws.instead import (
 from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
-from analysis.gap.selection.flight_steps import FlightSteps, first_flights, sized_beside
+from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.thresholds import (
@@ -45,7 +46,6 @@ from analysis.gap.thresholds import (
     LAW_LEAST_CLOSED,
     NEGLIGIBLE_FRAMES,
 )
-from ovines.core.laws.terms import Term, WrittenLaw
 from ovines.core.laws.words import QUANTITIES
 
 # A law that no probe asked for closes at least this share of what is left: what a smeared disk feigned closed 0.26, a
@@ -297,13 +297,19 @@ def _measurement_laws(
     ladder of the series without what they say, in which what is left of the measurement stays told."""
     told = [one for one in ladder.structure if one.stage == "measurement"]
     laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
-    if told:
+    asked = bool(told)
+    if told or delay_follows(series):
         found, corrected = find_frame_laws(series, rng)
+        if not told:  # what nothing else asked for is believed by itself only
+            found = tuple(one for one in found if _believed(one, 1.0, 0.0) is not None)
+            corrected = without_frame_laws(series, [one.law for one in found])
         if found:
             again = run_ladder(corrected, rng, withheld)
             misfit = _misfit(again) / WORSE
-            if misfit <= _misfit(ladder) or misfit <= _interpolated_misfit(ladder, found):
+            if misfit <= _misfit(ladder) or misfit <= interpolated_misfit(ladder.measured, found):
                 laws, series, best = (*laws, *found), corrected, again
+                told = told or [_delay_structure(one, ladder) for one in found]
+    if asked:
         # The disk alone in one view: the two say how they miss each other, flights which of them is off.
         seen = [(law, run_ladder(without, rng, withheld)) for law, without in find_disk_picture_laws(series, rng)]
         law, again = min(seen, key=lambda one: _misfit(one[1]), default=(None, ladder))
@@ -331,25 +337,13 @@ def _measurement_laws(
 def _misfit(ladder: Ladder) -> float:
     """What the nominal model's flights leave per freedom in the frames' stated sds, in the middle flight: effects named
     may have imitated a clock, and so may the noise that flights show."""
-    return _middle_misfit(ladder.flights.nominal.fits)
+    return middle_misfit(ladder.flights.nominal.fits)
 
 
-def _interpolated_misfit(ladder: Ladder, laws: Sequence[LawFound]) -> float:
-    """The same where a camera is late by as much as ``laws`` say at the most, always: that moves no flight, so that it
-    shows what taking values between the frames alone makes of their noise and beside impacts.  0 without such laws."""
-    late = [term for law in laws for term in law.law.terms if term.target == "camera_delay"]
-    if not late:
-        return 0.0
-    runs = [run.data for run in ladder.measured.runs]
-    most_s = max(float(np.abs(given(late, known_frames(data.time_s, data))).max()) for data in runs)
-    always = Term("camera_delay", min(most_s, 0.5 * ladder.measured.period_s), x=late[0].x)
-    series = without_frame_laws(ladder.measured, [WrittenLaw((always,))])
-    return _middle_misfit(first_flights(series, stated_effects(series)).fits)
-
-
-def _middle_misfit(fits: Sequence[FlightFits]) -> float:
-    ratio = np.concatenate([fit.misfit[fit.freedom > 0] / fit.freedom[fit.freedom > 0] for fit in fits])
-    return float(np.median(ratio)) if len(ratio) else 0.0
+def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
+    """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
+    one = _law_structure(law, "measurement", "x", law.size, least_delay_s(ladder.series))
+    return replace(one, phase="all", unit="s", goes_with=f"{one.goes_with}: the delay of a camera changes")
 
 
 def _clock_structure(law: LawFound, ladder: Ladder) -> Structure:

@@ -15,7 +15,8 @@ from ovines.core.laws import words as W
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
     Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
     Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER, Q_AIRSPEED,
-) = range(50)  # fmt: skip
+    Q_HOST_PLACE,
+) = range(51)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
@@ -76,7 +77,7 @@ def of_host_or_contact(code: int, known: Floats) -> float:
 
 @compiled
 def along(code: int, x: float, known: Floats) -> float:
-    """Part of a velocity, or of the Host's acceleration, along the direction ``x``."""
+    """Part of a velocity, or of the Host's acceleration or place, along the direction ``x``."""
     c, s = math.cos(x), math.sin(x)
     if code == Q_VELOCITY:
         return c * known[W.VX] + s * known[W.VY]
@@ -84,6 +85,8 @@ def along(code: int, x: float, known: Floats) -> float:
         return c * known[W.UX] + s * known[W.UY]
     if code == Q_ACCELERATION_ALONG:
         return c * known[W.HOST_AX] + s * known[W.HOST_AY]
+    if code == Q_HOST_PLACE:
+        return c * (known[W.X] - known[W.HX]) + s * (known[W.Y] - known[W.HY])
     return c * (known[W.VX] - known[W.UX]) + s * (known[W.VY] - known[W.UY])
 
 
@@ -166,7 +169,9 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.hypot(known[W.VX] - x, known[W.VY] - y)
     if code == Q_ALONG:
         return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
-    if code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_ACCELERATION_ALONG or code == Q_FLOOR_ALONG:
+    if code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_FLOOR_ALONG:
+        return along(code, x, known)
+    if code == Q_ACCELERATION_ALONG or code == Q_HOST_PLACE:
         return along(code, x, known)
     if code == Q_SHARE or code == Q_ANGLE or code == Q_CLOCK:
         return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x

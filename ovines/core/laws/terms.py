@@ -137,7 +137,8 @@ class WrittenLaw:
                     follows = (*W.OF_FRAMES, *_beside_frames(term.target))
                     known, expected = factor.quantity in follows, "one of " + ", ".join(follows)
                 else:
-                    known, expected = factor.quantity != "share", "time: how long a run will be is not known in it"
+                    known = factor.quantity not in W.OF_MEASUREMENTS_ONLY
+                    expected = "time: what a whole run does is not known in it"
                 if factor.quantity == "spin_left":
                     known, expected = term.target in ("spin_kept", "spin_added"), "what is known before the impulse"
                 require(known, f"{factor.quantity} in a law of the {self.stage}", expected, "take another quantity")
@@ -174,6 +175,8 @@ def _beside_frames(target: str) -> tuple[str, ...]:
         return W.OF_MARKERS
     if target in W.NES_PLACE:
         return W.OF_NES_PLACE
+    if target == "camera_delay":
+        return W.OF_CAMERA_DELAY
     return W.OF_NES_PICTURE if target in W.NES_PICTURE else ()
 
 

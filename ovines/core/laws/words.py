@@ -339,6 +339,14 @@ QUANTITIES: dict[str, Quantity] = {
             ),
             ("at_cylinder", "1", "C", False, "", "1 at a cylinder in the middle, 0 at the wall"),
             ("airspeed", "m/s", "v_a", False, "wind", "speed in the room against air that moves there"),
+            (
+                "host_place_along",
+                "m",
+                r"s_{H,\varphi}",
+                False,
+                "angle",
+                "place of the Host from the middle of its run's path along a direction; of measurements only",
+            ),
         )
     )
 }
@@ -366,8 +374,8 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
 }
 #: functions of a width, in their order's place, about every multiple of a period
 TRAINS = ("pulses", "gates")
-#: velocities along a direction of their own
-ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along")
+#: velocities, accelerations and places along a direction of their own
+ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along", "host_place_along")
 #: angles between things, which no turn of the world changes
 BETWEEN_THINGS = ("phase", "clock", "body_angle", "contact_turn", "heading", "sliding_heading", "rim_turn")
 #: what knows the contact before: nil without one
@@ -382,6 +390,14 @@ OF_MARKERS = ("spin", "host_velocity_along")
 OF_NES_PICTURE, NES_PICTURE = ("angle", "spin"), ("nes_picture_u", "nes_picture_v")
 #: what one of the place where the NES is seen may follow beside, and its targets
 OF_NES_PLACE, NES_PLACE = ("gap", "radius", "along_host", "distance_in_host"), ("nes_place", "nes_place_outwards")
+#: what a camera's delay may follow beside: where and how fast the disk and the Host go, for what a camera sees may tell
+#: it how long to expose
+OF_CAMERA_DELAY = (
+    *("along_host", "radius", "gap", "distance_in_host", "azimuth", "speed", "velocity_along", "spin"),
+    *("host_place_along", "host_velocity_along", "host_speed"),
+)
+#: what nothing but a law of the measurement may follow: it is not known while a run goes on
+OF_MEASUREMENTS_ONLY = ("share", "host_place_along")
 #: what a target's own number and direction are: of a marker, of a camera, of these what has a direction
 MARKERS = ("marker", "body_marker")
 CAMERAS = ("camera", "camera_axis", "camera_angle")

@@ -19,8 +19,9 @@ from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.frames import law as clock_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import changing, given, without_lasting_bends
+from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
-from analysis.gap.laws.frames.rows import clock_rows, known_frames
+from analysis.gap.laws.frames.rows import clock_rows
 from analysis.gap.laws.regression.halves import Halves, halves_of
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.changed_pictures import changed_pictures
@@ -192,6 +193,7 @@ def searches(monkeypatch):
 
     def found(misfits, frames=None, picture=(), clock=None):
         monkeypatch.setattr(written_laws, "changed_picture_laws", lambda series: ())
+        monkeypatch.setattr(written_laws, "delay_follows", lambda series: False)
         monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: frames or ((), series))
         monkeypatch.setattr(written_laws, "find_marker_laws", lambda series, rng: ((), series))
         monkeypatch.setattr(written_laws, "find_disk_picture_laws", lambda series, rng: list(picture))

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from analysis.flights.cutting.run_data import RunData
+from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.markers import BODIES, without_markers
-from analysis.gap.laws.frames.rows import key_of, known_frames, size_of
+from analysis.gap.laws.frames.rows import key_of, size_of
 from analysis.gap.laws.frames.seen_disk import without_seen_disk
 from analysis.gap.series import Series, with_points, with_times
 from ovines.camera import Camera

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
 from analysis.gap.laws.dictionary.parts import plain
+from analysis.gap.laws.frames.delay import TARGET as DELAY
+from analysis.gap.laws.frames.delay import delay_candidates
 from analysis.gap.laws.frames.markers import TARGETS, MarkerRows
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, size_of
 from analysis.gap.laws.regression.problem import Profile
@@ -48,6 +50,8 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
     out: list[Candidate] = []
     for key in rows.units:
         out += _of(WORDS[key[0]], partial(_term, key), rows.known)
+        if key[0] == DELAY:
+            out += delay_candidates(known, key[1])
         if key[0] in PICTURE:  # what hangs on the shaker's frame is shaken by its reaction, whatever the drive
             ways_along = ways("host_acceleration_along")
             out.append(_followed(WORDS[key[0]], partial(_term, key), "with the Host's acceleration", *ways_along))

@@ -11,6 +11,8 @@ import numpy as np
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
+from analysis.gap.laws.frames.delay import TARGET as DELAY
+from analysis.gap.laws.frames.delay import late_camera, least_delay_s
 from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidates, marker_candidates, moved_rms
 from analysis.gap.laws.frames.markers import MarkerRows, marker_rows
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
@@ -44,8 +46,11 @@ def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[Law
         still += _law_of(rows, series, rng)
     series = without_frame_laws(series, [one.law for one in still])
     laws += still
-    rows = view_rows(series, ("camera_delay",) if seen else ("camera_delay", *PICTURE))
+    rows = view_rows(series, (DELAY,) if seen else (DELAY, *PICTURE))
     found = _law_of(rows, series, rng)
+    of_delay = [one for one in found if {term.target for term in one.law.terms} == {DELAY}]
+    if of_delay and late_camera(series, of_delay[0].rig_law.terms) == 0:
+        found = _law_of(view_rows(series, (DELAY,), 0), series, rng)
     series = without_frame_laws(series, [one.law for one in found])
     laws += found
     return tuple(laws), series
@@ -144,8 +149,8 @@ def _told(law: LawFound, size: float) -> list[LawFound]:
 
 
 def _negligible(rows: FrameRows, series: Series) -> dict[Key, float]:
-    """Sizes (RMS) that are not worth a law: what moves a still marker by less than counts as still, what is less than
-    the smallest delay of a camera, or than the smallest scatter of frame times."""
+    """Sizes (RMS) that are not worth a law: what moves a still marker by less than counts as still, what makes less of
+    the frames' times than the smallest scatter of them."""
     out: dict[Key, float] = {}
     for key in rows.units:
         if key[0] in (*PICTURE, *NES_PICTURE):
@@ -157,6 +162,6 @@ def _negligible(rows: FrameRows, series: Series) -> dict[Key, float]:
             lever_px = 0.5 * camera.sensor_size_px[0] if key[0] in ("picture_zoom", "picture_turn") else 1.0
             out[key] = still_px / lever_px
         else:
-            effect = "camera_clock_offset" if key[0] == "camera_delay" else "trigger_jitter"
-            out[key] = NEGLIGIBLE_FRAMES[effect] * series.period_s
+            jitter_s = NEGLIGIBLE_FRAMES["trigger_jitter"] * series.period_s
+            out[key] = least_delay_s(series) if key[0] == DELAY else jitter_s
     return out

@@ -16,11 +16,10 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
-from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.runs import Run
+from analysis.gap.laws.frames.known import every_frame
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.body_rows import body_rows
-from analysis.gap.measurement.loose_markers import angle_at, spin_at
 from analysis.gap.series import Series
 from analysis.motion.host_path import HostMotion
 from analysis.statistics.robust import least_squares
@@ -73,18 +72,21 @@ class FrameRows:
         for j, term in enumerate(terms):
             if (unit := self.units.get(key_of(term))) is not None:
                 out[:, j] = unit * size[self.at, j]
-        return self._projected(out)
+        return without_bases(out, self.bases)
 
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (M, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
         size = size_of([term], self.known)
         unit = self.units.get(key_of(term), np.zeros(len(self.at)))
-        return self._projected(unit[:, None] * (cut(self.known) * size)[self.at])
+        return without_bases(unit[:, None] * (cut(self.known) * size)[self.at], self.bases)
 
-    def _projected(self, columns: Array) -> Array:
-        for rows, basis in self.bases:
-            columns[rows] -= basis @ (basis.T @ columns[rows])
-        return columns
+
+def without_bases(columns: Array, bases: Sequence[tuple[slice, Array]]) -> Array:
+    """``columns`` (M, C) or a column (M,) without what orthonormal bases explain of their rows."""
+    out = columns.copy()
+    for rows, basis in bases:
+        out[rows] -= basis @ (basis.T @ out[rows])
+    return out
 
 
 def key_of(term: Term) -> Key:
@@ -97,29 +99,6 @@ def size_of(terms: Sequence[Term], known: Array) -> Array:
     out = np.empty((len(known), len(terms)))
     sizes(rows_of(terms), known, out)
     return out
-
-
-def known_frames(time_s: Array, data: RunData) -> Array:
-    """What laws of the measurement know (N, KNOWN_SIZE) of frames at ``time_s`` of a run."""
-    rig, known = data.flight_rig, np.zeros((len(time_s), W.KNOWN_SIZE))
-    gone_s = time_s - rig.start_s
-    known[:, W.TIME], known[:, W.RUN] = gone_s, rig.number
-    known[:, W.CLOCK] = rig.omega_rad_per_s * gone_s
-    known[:, W.PHASE] = rig.omega_rad_per_s * time_s + rig.phase_rad
-    known[:, W.SHARE] = gone_s / (float(data.time_s[-1]) - rig.start_s + data.period_s)
-    # The floor's velocity is what the disk's in the room and against the floor differ by.
-    known[:, [W.VX, W.VY]] = data.host.at(time_s, 1)[:, :2]
-    known[:, [W.HOST_AX, W.HOST_AY]] = data.host.at(time_s, 2)[:, :2]
-    known[:, W.SPIN] = np.interp(time_s, data.time_s, spin_at(data))
-    known[:, W.ANGLE] = np.interp(time_s, data.time_s, angle_at(data))
-    return known
-
-
-def every_frame(series: Series) -> tuple[Array, list[int]]:
-    """What laws know of all frames of the motions, run after run, and where each run begins."""
-    parts = [known_frames(run.data.time_s, run.data) for run in series.runs]
-    begins = np.concatenate([[0], np.cumsum([len(one) for one in parts])])
-    return np.vstack(parts), [int(b) for b in begins]
 
 
 def _blocks(known: Array, at: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -241,9 +220,21 @@ def view_rows(series: Series, targets: Sequence[str], camera: int = 1) -> FrameR
     unit, own = unit * weight[:, None], own * weight[:, None]
     units: dict[Key, Array] = {(name, camera): unit[:, OF_VIEW.index(name)] for name in targets}
     # A constant delay and window are effects of the library, whether or not they were found.
-    used = np.any(own != 0, 0)
-    nuisances = np.column_stack([unit[:, :3], own[:, used]])
-    return FrameRows(problem_of(value, nuisances, known, at), known, at, units)
+    of_run = own.shape[1] - 2 * runs
+    used = np.any(own[:, :of_run] != 0, 0)
+    nuisances = np.column_stack([unit[:, :3], own[:, :of_run][:, used]])
+    # What the Host rises and falls in a run no other run tells: held out, it would be left whole.
+    bases = _own_of_runs(own[:, of_run:], known[at, W.RUN])
+    nuisances, value = (without_bases(one, bases) for one in (nuisances, value))
+    return FrameRows(problem_of(value, nuisances, known, at), known, at, units, bases)
+
+
+def _own_of_runs(own: Array, run: Array) -> tuple[tuple[slice, Array], ...]:
+    """Orthonormal bases of the columns ``own`` (M, Q) that are not nil in each ``run`` (M,), over its rows."""
+    begins = np.flatnonzero(np.diff(run, prepend=-1.0))
+    parts = [slice(int(a), int(b)) for a, b in zip(begins, [*begins[1:], len(run)], strict=True)]
+    told = [(rows, own[rows][:, np.any(own[rows] != 0, 0)]) for rows in parts]
+    return tuple((rows, np.linalg.qr(columns)[0]) for rows, columns in told if columns.shape[1])
 
 
 def _over_places(x: Array, y: Array, radius_m: float) -> Array:

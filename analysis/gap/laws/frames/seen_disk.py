@@ -19,8 +19,9 @@ from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, RigScales, pair, plain, scaled, spots
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.markers import moved_back
-from analysis.gap.laws.frames.rows import known_frames, size_of
+from analysis.gap.laws.frames.rows import size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.laws.search import LEVEL_WHERE_LEFT, find_law
@@ -154,15 +155,4 @@ def without_seen_disk(series: Series, terms: Sequence[Term]) -> Series:
 
 def _way(terms: Sequence[Term], time_s: Array, data: RunData) -> Array:
     """How far terms move the disk's picture in the room (N, 2; m) at the times of a run."""
-    return np.nan_to_num(shift(terms, _known_disk(time_s, data)).sum(2))
-
-
-def _known_disk(time_s: Array, data: RunData) -> Array:
-    """What laws of the measurement know of frames at ``time_s`` of a run (N, KNOWN_SIZE), and where in the Host the
-    disk is seen then."""
-    known, host = known_frames(time_s, data), data.host.at(time_s)
-    seen = np.isfinite(data.xy_m[:, 0])
-    for i, place in enumerate((W.HX, W.HY)):
-        known[:, place] = np.interp(time_s, data.time_s[seen], data.xy_m[seen, i]) - host[:, i]
-    known[:, W.CONTACT_RADIUS] = data.contact_radius_m
-    return known
+    return np.nan_to_num(shift(terms, known_frames(time_s, data)).sum(2))

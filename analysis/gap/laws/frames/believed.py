@@ -1,0 +1,36 @@
+"""Whether flights believe a law of a camera: how they fit without what it says, and without something of its size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from analysis.flights.fit import FlightFits
+from analysis.gap.ladder import stated_effects
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.corrected import given, without_frame_laws
+from analysis.gap.laws.frames.known import known_frames
+from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.series import Series
+from ovines.core.laws.terms import Term, WrittenLaw
+
+
+def interpolated_misfit(series: Series, laws: Sequence[LawFound]) -> float:
+    """:func:`middle_misfit` where a camera is late by as much as ``laws`` say at the most, always: that moves no
+    flight, so that it shows what taking values between the frames alone makes of their noise and beside impacts.  0
+    without such laws."""
+    late = [term for law in laws for term in law.law.terms if term.target == "camera_delay"]
+    if not late:
+        return 0.0
+    runs = [run.data for run in series.runs]
+    most_s = max(float(np.abs(given(late, known_frames(data.time_s, data))).max()) for data in runs)
+    always = Term("camera_delay", min(most_s, 0.5 * series.period_s), x=late[0].x)
+    moved = without_frame_laws(series, [WrittenLaw((always,))])
+    return middle_misfit(first_flights(moved, stated_effects(moved)).fits)
+
+
+def middle_misfit(fits: Sequence[FlightFits]) -> float:
+    """What the middle flight leaves per freedom in the frames' stated sds; 0 without any."""
+    ratio = np.concatenate([fit.misfit[fit.freedom > 0] / fit.freedom[fit.freedom > 0] for fit in fits])
+    return float(np.median(ratio)) if len(ratio) else 0.0
