@@ -34,7 +34,7 @@ from analysis.gap.laws.impact_rows import (
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
 from analysis.gap.laws.regression.problem import held_out_squares
 from analysis.gap.laws.search import AS_GOOD, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS, PER_UNKNOWN, Found, find_law
-from analysis.gap.selection.flight_steps import FlightSteps, named_terms_of, still_accepted, without_names
+from analysis.gap.selection.flight_steps import FlightSteps, beside_law, named_terms_of, still_accepted, without_names
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit, Shape, fit_impacts
 from analysis.motion.rig_frame import RigFrame
@@ -72,27 +72,26 @@ def flight_law_instead(
     """A formula that says as much of flights held out as a ``law`` and the names beside it (``steps``), by no more
     unknowns, and the steps with those names that are needed beside it; None where there is none."""
     named = named_terms_of(steps)
-    kept: set[str] = set()
-    best: tuple[LawFound, FlightSteps] | None = None
-    for _ in range(len(named)):
-        gone = [term.name for term in named if term.name not in kept]
-        if not gone:
-            return None
-        alone, fewer = find_flight_law(runs, without_names(runs, steps, gone), frame, rng, leave_out=is_own_form)
+    kept: list[str] = []
+    while len(kept) < len(named):
+        gone = [term for term in named if term.name not in kept]
+        fewer = without_names(runs, steps, [term.name for term in gone])
+        alone, fewer = find_flight_law(runs, fewer, frame, rng, leave_out=is_own_form)
         if alone is None or alone.fitted is None:
             return None
-        needed = still_accepted(alone.fitted[1], steps, [term for term in named if term.name in gone])
-        best = alone, fewer
-        if not any(needed.values()):
+        needed = [term.name for term in gone if still_accepted(alone.fitted[1], steps, term)]
+        if not needed:
             break
-        kept |= {name for name, is_needed in needed.items() if is_needed}
-    if best is None:
+        kept += needed
+    else:
         return None
-    alone, fewer = best
+    remaining = named_terms_of(fewer)
     more = len(alone.numbers) - len(law.numbers)
-    more -= sum(len(term.columns) for term in named) - sum(len(term.columns) for term in named_terms_of(fewer))
+    more -= sum(len(term.columns) for term in named) - sum(len(term.columns) for term in remaining)
     left = float(np.sum(law.before - law.floor))
-    return best if more <= 0 and float(np.sum(alone.after - law.after)) <= (1 - AS_WELL) * left else None
+    if more > 0 or float(np.sum(alone.after - law.after)) > (1 - AS_WELL) * left:
+        return None
+    return alone, beside_law(fewer, alone.fitted[1], [term for term in gone if term not in remaining])
 
 
 def restitution_law_instead(
@@ -108,8 +107,7 @@ def restitution_law_instead(
     if impacts is None or not any(term.target == "restitution" for term in law.rig_law.terms):
         return None
     kept: list[str] = []
-    found: tuple[LawFound, ImpactSteps] | None = None
-    for _ in range(len(named)):
+    while len(kept) < len(named):
         fewer = without_effects(steps, [name for name in named if name not in kept])
         alone = find_impact_law(
             impacts, fits, fewer.restitution_terms, frame, rng, LEVEL_WHERE_LEFT, left, leave_out=is_own_form
@@ -118,17 +116,13 @@ def restitution_law_instead(
             return None
         needless = needless_beside(alone, steps, fits)
         needed = [name for name in named if name not in needless and name not in kept]
-        found = alone, fewer
         if not needed:
             break
         kept += needed
-        if len(kept) == len(named):
-            return None
-    if found is None:
+    else:
         return None
-    alone, fewer = found
     cost, cost_alone = _costs(impacts, fits, ((law, steps), (alone, fewer)))
-    return found if cost_alone <= cost else None
+    return (alone, fewer) if cost_alone <= cost else None
 
 
 def without_effects(steps: ImpactSteps, names: Sequence[str]) -> ImpactSteps:

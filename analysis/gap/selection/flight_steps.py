@@ -182,13 +182,13 @@ def first_flights(series: Series, effects: Sequence[str]) -> FlightFit:
 def without_needless(runs: Sequence[Run], with_law: FlightFit, steps: FlightSteps) -> FlightSteps:
     """``steps`` without the named effects that are no longer accepted beside a law (``with_law``: a fit that holds it):
     they had imitated a part of it."""
-    least = threshold(steps.null_distribution, GAIN / 2)
-    asked = [gain_of(with_law, t, steps.units) for t in named_terms_of(steps)]
-    lost = [g for g in asked if not _accepted(g, least, steps.units)]
-    if not lost:
-        return steps
-    fewer = without_names(runs, steps, [g.term.name for g in lost])
-    return replace(fewer, left=(*steps.left, *lost))
+    lost = [term for term in named_terms_of(steps) if not still_accepted(with_law, steps, term)]
+    return beside_law(without_names(runs, steps, [t.name for t in lost]), with_law, lost) if lost else steps
+
+
+def beside_law(steps: FlightSteps, with_law: FlightFit, gone: Sequence[FlightTerm]) -> FlightSteps:
+    """``steps`` that are told what the named terms which are ``gone`` gain beside a law."""
+    return replace(steps, left=(*steps.left, *(gain_of(with_law, term, steps.units) for term in gone)))
 
 
 def named_terms_of(steps: FlightSteps) -> list[FlightTerm]:
@@ -207,10 +207,10 @@ def without_names(runs: Sequence[Run], steps: FlightSteps, names: Sequence[str])
     )
 
 
-def still_accepted(with_law: FlightFit, steps: FlightSteps, terms: Sequence[FlightTerm]) -> dict[str, bool]:
-    """Whether each of the named ``terms`` is still accepted beside a law (``with_law``: a fit that holds it)."""
+def still_accepted(with_law: FlightFit, steps: FlightSteps, term: FlightTerm) -> bool:
+    """Whether a named term is still accepted beside a law (``with_law``: a fit that holds it)."""
     least = threshold(steps.null_distribution, GAIN / 2)
-    return {t.name: _accepted(gain_of(with_law, t, steps.units), least, steps.units) for t in terms}
+    return _accepted(gain_of(with_law, term, steps.units), least, steps.units)
 
 
 def sized_beside(with_law: FlightFit, steps: FlightSteps, series: Series) -> FlightSteps:

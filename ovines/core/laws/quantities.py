@@ -169,9 +169,10 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.hypot(known[W.VX] - x, known[W.VY] - y)
     if code == Q_ALONG:
         return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
-    if code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_FLOOR_ALONG:
-        return along(code, x, known)
-    if code == Q_ACCELERATION_ALONG or code == Q_HOST_PLACE:
+    if (
+        code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_FLOOR_ALONG
+        or code == Q_ACCELERATION_ALONG or code == Q_HOST_PLACE
+    ):  # fmt: skip
         return along(code, x, known)
     if code == Q_SHARE or code == Q_ANGLE or code == Q_CLOCK:
         return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
