@@ -144,15 +144,18 @@ def find_law(
         held = with_parts(problem, columns, parts)
         forms, gains = listed.gains(held, scale)
         best = _simplest(candidates, gains)
-        null = gains_by_chance(held, table, groups, [best], (DRAWS, rng), forms)[1] / scale
-        p = by_chance(null, float(gains[best]))
+        # What chance's best gains is what is left of its gain, too, once its unknowns and the looking are paid.
+        prices = scale * listed.prices
+        told = float(gains[best] - PER_UNKNOWN * candidates[best].unknowns)
+        null = gains_by_chance(held, table, groups, [best], (DRAWS, rng), forms, prices)[1] / scale
+        p = by_chance(null, told)
         least_p = LEVEL if parts else level
         if p > least_p and level == LEVEL_WHERE_LEFT:
-            p = min(p, _by_runs(forms, scale * listed.prices))
+            p = min(p, _by_runs(forms, prices))
             more = _with_more(held, columns, listed, best, gains) if p > least_p else []
             if more:
-                null = gains_by_chance(held, table, groups, [best, *more], (DRAWS, rng), forms)[1] / scale
-                p = min(p, by_chance(null, float(gains[best])))
+                null = gains_by_chance(held, table, groups, [best, *more], (DRAWS, rng), forms, prices)[1] / scale
+                p = min(p, by_chance(null, told))
         if not parts:
             first_p = p
         if p > least_p or gains[best] < LEAST_SHARE * gained:

@@ -107,7 +107,7 @@ def test_products_are_short_and_follow_something_else():
     base = plain("friction", Term("floor_friction", 1.0, (Factor("radius"), Factor("speed"))))
     known = np.random.default_rng(1).uniform(0.1, 1.0, (50, W.KNOWN_SIZE))
     made = products(base, of_impacts(known))
-    assert all(len(term.factors) == 3 for one in made for term in one.terms)
+    assert all(max(len(term.factors) for term in one.terms) == 3 for one in made)
     assert not any("passing" in one.name and len(one.terms) > 4 for one in made)
     assert products(base, [fixed("times the speed", (Factor("speed"),))]) == []
     full = plain("full", Term("floor_friction", 1.0, (Factor("radius"), Factor("speed"), Factor("time"))))

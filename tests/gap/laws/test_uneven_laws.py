@@ -64,7 +64,7 @@ IMPACTS = {
     "a wall that warms on one side": (Term("restitution", 1.0, (Factor("time", "rising", 1.0, 0.3),)), COSINE),
     "a clamp that is lost on one side": (Term("restitution", 1.0, (Factor("time", "beyond", 1.0, 0.6),)), COSINE),
     "one side cleaned before a run": (Term("wall_friction", 1.0, (Factor("run", "beyond", 1.0, 2.5),)), COSINE),
-    "a side of the rim that wears": (Term("wall_friction", 1.0, (Factor("blows", "rising", 1.0, 9.0),)), SIDE),
+    "a side of the rim that wears": (Term("wall_friction", 1.0, (Factor("blows"),)), SIDE),
     "a lining thicker on one side, at slow blows": (
         Term("tangential_restitution", 1.0, (Factor("approach", "exponential", 1.0, 0.8),)), COSINE,
     ),

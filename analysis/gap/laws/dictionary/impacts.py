@@ -106,7 +106,7 @@ def law_candidates(known: Array) -> list[Candidate]:
             out += [
                 candidate
                 for quantity in ("azimuth", "body_angle")
-                for one in of_impacts_uneven(known)
+                for one in of_impacts_uneven(known, quantity)
                 for candidate in carrier.times(uneven(one, quantity))
             ]
     for target in ("restitution", "wall_friction"):

@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 # Times over the longest run in which something comes to its last size, and at which it sets in.
 RISES, SETS_IN = (0.1, 0.3), (0.2, 0.4, 0.6, 0.8)
 # Quantiles of a quantity at which its scale starts; runs at which something sets in, at the most.
-SCALES, MOST_RUNS = (0.3, 0.6), 7
+SCALES, MOST_RUNS = (0.3, 0.6), 5
 _TIME, _RUN = Factor("time"), Factor("run")
 
 
@@ -106,39 +106,38 @@ def _friction(scales: RigScales) -> Iterator[tuple[Carrier, Modulator]]:
     yield FRICTION, fixed("with the place and the phase", *_both(ways("along_host"), waves("phase")))
 
 
-def of_impacts_uneven(known: Array) -> list[Modulator]:
-    """What changes on one side of the wall, or of the disk, more than on the other; ``known`` (K, KNOWN_SIZE) of the
-    impacts."""
+def of_impacts_uneven(known: Array, quantity: str = "azimuth") -> list[Modulator]:
+    """What changes on one side of the wall more than on the other, or of the disk (``quantity`` ``"body_angle"``: of
+    that only what a rim is likely to do, as each form more is one more that chance may find); ``known``
+    (K, KNOWN_SIZE) of the impacts."""
     run_s = float(known[:, W.TIME].max(initial=0.0))
     since = known[:, W.SINCE]
     since = since[since < 0.5 * W.LONG_AGO_S]
-    seen = {
-        name: np.quantile(np.abs(values), SCALES).tolist() if len(values) else []
-        for name, values in (
-            ("approach", known[:, W.APPROACH]), ("slip", known[:, W.SLIP]), ("spin", known[:, W.SPIN]),
-            ("since", since),
-        )
-    }  # fmt: skip
-    last = int(known[:, W.RUN].max(initial=0.0))
-    later = np.unique(np.round(np.linspace(1, last, min(last, MOST_RUNS)))) - 0.5
-    return [
+    slow, small, recent = (
+        np.quantile(np.abs(values), SCALES).tolist() if len(values) else []
+        for values in (known[:, W.APPROACH], known[:, W.SLIP], since)
+    )
+    both = [
         fixed("with time", (_TIME,)),
         fixed("with the run", (_RUN,)),
         fixed("with the approach speed", (Factor("approach"),)),
         fixed("with the slip", (Factor("slip", "absolute_power"),)),
         fixed("with the spin", (Factor("spin", "absolute_power"),)),
-        fixed("with the sense of spin", (Factor("spin", "sign"),)),
-        fixed("with the wall's own speed", (Factor("wall_speed"),)),
         fixed("with the number of blows before", (Factor("blows"),)),
-        fixed("with the approach speed of the contact before", (Factor("last_approach"),)),
         with_scale("that sets in", ("time", "rising", 1.0), [share * run_s for share in RISES]),
+    ]
+    if quantity == "body_angle":
+        return both
+    last = int(known[:, W.RUN].max(initial=0.0))
+    later = np.unique(np.round(np.linspace(1, last, min(last, MOST_RUNS)))) - 0.5
+    return [
+        *both,
         with_scale("that sets in at once", ("time", "beyond", 1.0), [share * run_s for share in SETS_IN]),
         *(fixed("from a run on", (Factor("run", "beyond", 1.0, float(run)),)) for run in later),
         with_scale("that the blows bring", ("blows", "rising", 1.0), WEARS),
-        with_scale("at slow blows", ("approach", "exponential", 1.0), seen["approach"]),
-        with_scale("at small slips", ("slip", "decay", 1.0), seen["slip"]),
-        with_scale("at slow spin", ("spin", "decay", 1.0), seen["spin"]),
-        with_scale("after an impact", ("since", "exponential", 1.0), seen["since"]),
+        with_scale("at slow blows", ("approach", "exponential", 1.0), slow),
+        with_scale("at small slips", ("slip", "decay", 1.0), small[1:]),
+        with_scale("after an impact", ("since", "exponential", 1.0), recent),
     ]
 
 

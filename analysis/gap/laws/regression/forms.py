@@ -145,17 +145,19 @@ def gains_by_chance(
     best: Sequence[int],
     drawn: tuple[int, np.random.Generator],
     forms: Forms | None = None,
+    prices: Array | None = None,
 ) -> tuple[Array, Array]:
     """Held-out gain (G,) of each group of ``columns``, and the largest gain (D,) in each of ``drawn`` problems (how
     many, and what draws) that hold noise alone: what the groups ``best`` leave (none: the one that gains most), and of
     what they explain as much as chance's best do, each block times a normal number.  ``forms``: those of the problem,
-    where they are known.
+    where they are known; ``prices`` (G,): what each group must gain before it counts.
 
     Turned signs alone are too few where a dozen flights tell most: of 150 problems of noise (a series of 80 flights,
     some 840 candidates) 3 % had p below 1 in 4000 and 9 % below 1 in 100; so none and 0.7 %."""
     forms = forms_of(problem, columns, groups) if forms is None else forms
     gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0]
-    best = best or [int(np.argmax(gains))]
+    price = np.zeros(len(gains)) if prices is None else prices
+    best = best or [int(np.argmax(gains - price))]
     taken = problem.with_columns(columns[:, sorted({i for one in best for i in groups[one]})])
     left = problem.residual - taken.nuisances @ taken.fitted(taken.nuisances, taken.prior)
     explained = problem.residual - problem.nuisances @ problem.fitted(problem.nuisances, problem.prior) - left
@@ -163,9 +165,10 @@ def gains_by_chance(
 
     def largest(noise: Array, count: int) -> Array:
         drawn = rng.standard_normal((count, len(forms.fold)))
-        return np.asarray(held_out_gains(forms, drawn, _scores(problem, columns, noise)).max(1), float)
+        return np.asarray((held_out_gains(forms, drawn, _scores(problem, columns, noise)) - price).max(1), float)
 
-    by_chance = len(best) * max(float(np.quantile(largest(left, FIRST_DRAWS), GIVEN_BACK)), 0.0)
+    usual = float(np.quantile(largest(left, FIRST_DRAWS), GIVEN_BACK) + price[best[0]])
+    by_chance = len(best) * max(usual, 0.0)
     given_back = min(1.0, np.sqrt(by_chance / max(float(explained @ explained), 1e-300)))
     return gains, largest(left + given_back * explained, draws)
 
