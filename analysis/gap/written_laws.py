@@ -33,7 +33,7 @@ from analysis.gap.laws.instead import (
     wall_law_instead,
     without_effects,
 )
-from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT
+from analysis.gap.laws.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
@@ -212,7 +212,7 @@ def _wall_law(
     ladder: Ladder, fits: Sequence[FlightFits], asked: bool, least_m: float, rng: np.random.Generator
 ) -> LawFound | None:
     """The law of the wall's shape beside the named ones (``asked``: a probe has found something)."""
-    level = LEVEL_WHERE_LEFT if asked else LEVEL
+    level = LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED
     found = find_wall_law(_fitted(ladder), fits, ladder.series.frame, least_m, rng, level)
     return found if found is None or asked else _believed(found, found.size, least_m)
 
@@ -252,7 +252,7 @@ def _without(ladder: Ladder, impacts: ImpactSteps) -> Ladder:
 def _asked_impact_law(
     ladder: Ladder, fits: Sequence[FlightFits], asked: bool, rng: np.random.Generator
 ) -> tuple[LawFound | None, tuple[Structure, ...]]:
-    impacts, level = _fitted(ladder), LEVEL_WHERE_LEFT if asked else LEVEL
+    impacts, level = _fitted(ladder), LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED
     told = [one for one in ladder.structure if one.stage == "impact"]
     law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level, told)
     if law is None or asked:

@@ -22,7 +22,16 @@ from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.laws.search import LEAST_SHARE, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS, NEAR, Found, Rival, find_law
+from analysis.gap.laws.search import (
+    LEAST_SHARE,
+    LEVEL_BELIEVED,
+    LEVEL_WHERE_LEFT,
+    MOST_PARTS,
+    NEAR,
+    Found,
+    Rival,
+    find_law,
+)
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless
 from analysis.gap.selection.flights.fit import FlightFit, fit
@@ -73,7 +82,7 @@ def find_flight_law(
     candidates = [one for one in candidates if leave_out is None or not leave_out(one)]
     lever_m = _lever_m(runs)
     asked = least_m_per_s2 == 0.0
-    level = LEVEL_WHERE_LEFT if asked else LEVEL
+    level = LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED
     found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_flights(scales), most_parts)
     if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
         return None, steps

@@ -34,7 +34,7 @@ from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, OF_MEASUREMENTS_ONLY, QUANTITIES, TARGETS
+from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES, TARGETS
 from ovines.law_file import law_text, read_law
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
@@ -348,11 +348,8 @@ def test_a_law_that_throws_flights_out_of_all_numbers_is_none(loaded, range_m, s
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_every_number_of_a_law_has_a_name_a_unit_and_a_formula(quantity):
     """Of every quantity in every function: a unit without a name had ended a diagnosis in an error."""
-    target = (
-        "picture_u"
-        if quantity in OF_MEASUREMENTS_ONLY
-        else ("spin_added" if quantity == "spin_left" else "restitution")
-    )
+    own = {"share": "picture_u", "host_place_along": "camera_delay", "spin_left": "spin_added"}
+    target = own.get(quantity, "restitution")
     for function in FUNCTIONS:
         if function == "sawtooth" and not QUANTITIES[quantity].circular:
             continue
