@@ -31,9 +31,9 @@ from ovines.core.laws.terms import MOST_TERMS, Term
 
 Array = NDArray[np.float64]
 # Problems of noise drawn; one series in a thousand over four stages, also for further parts of a law; parts of a law at
-# the most.  One in a hundred where a law is told only if it is believed, too: large, closing half, in both halves of the
-# runs.  Where a probe has already found that something is left, a law only says what it follows: one such stage in a
-# hundred gets one by chance.
+# the most.  One in a hundred where a law is told only if it is believed, too: it is large, closes half, and is in both
+# halves of the runs.  Where a probe has already found that something is left, a law only says what it follows: one such
+# stage in a hundred gets one by chance.
 DRAWS, LEVEL, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.01 / 4, 0.01, 3
 # What the best candidate leaves is searched for further parts, this many at the most, before it counts as noise; each
 # must gain this share of what the best does, and so much: more than chance's best does in most problems.
