@@ -11,6 +11,7 @@ import numpy as np
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of, with_leaning_wall
+from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
@@ -33,7 +34,6 @@ from analysis.gap.laws.instead import (
     wall_law_instead,
     without_effects,
 )
-from analysis.gap.laws.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, sized_beside

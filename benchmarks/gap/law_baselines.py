@@ -36,6 +36,8 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import IMPACT_S, STATES
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
+from analysis.gap.laws.choice.listed import columns_of
+from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
@@ -44,7 +46,6 @@ from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.problem import Profile, Regression, held_out_squares
-from analysis.gap.laws.search import columns_of, find_law
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE

@@ -22,6 +22,7 @@ import numpy as np
 from analysis.blind.causes.named import CAUSES
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
+from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
@@ -33,7 +34,6 @@ from analysis.gap.laws.impact_rows import distance_regression, law_regression
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.halves import NORMAL_90, scatter_of_runs, second_half
 from analysis.gap.laws.regression.problem import Profile, part_of
-from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE

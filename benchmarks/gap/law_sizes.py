@@ -18,13 +18,13 @@ import numpy as np
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
+from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.flight_law import fitted_law
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.found_law import NORMAL_90, in_world
-from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.flights.fit import fit
 from ovines.pipeline.series.diagnosis import load_series

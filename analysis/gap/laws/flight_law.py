@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX, LAW, LAW_TERMS
+from analysis.gap.laws.choice.found import Found, Rival
+from analysis.gap.laws.choice.search import LEAST_SHARE, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS, NEAR, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
@@ -22,16 +24,6 @@ from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.laws.search import (
-    LEAST_SHARE,
-    LEVEL_BELIEVED,
-    LEVEL_WHERE_LEFT,
-    MOST_PARTS,
-    NEAR,
-    Found,
-    Rival,
-    find_law,
-)
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless
 from analysis.gap.selection.flights.fit import FlightFit, fit

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run
+from analysis.gap.laws.choice.found import Found, Rival
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.regression.halves import Halves
-from analysis.gap.laws.search import Found, Rival
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.formula import as_latex, as_text

@@ -11,6 +11,8 @@ from analysis.contact.held_laws import known_at_impacts
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
+from analysis.gap.laws.choice.found import Found
+from analysis.gap.laws.choice.search import LEVEL, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at
 from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
@@ -18,7 +20,6 @@ from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
-from analysis.gap.laws.search import LEVEL, Found, find_law
 from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.covariates import FOLLOWED

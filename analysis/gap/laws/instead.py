@@ -18,6 +18,9 @@ from analysis.contact.restitution import DIRECTION, DRIFT, RESTITUTION_EFFECTS, 
 from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
+from analysis.gap.laws.choice.found import Found
+from analysis.gap.laws.choice.listed import PER_UNKNOWN
+from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
 from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.dictionary.walls import wall_candidates
@@ -33,7 +36,6 @@ from analysis.gap.laws.impact_rows import (
 )
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
 from analysis.gap.laws.regression.problem import held_out_squares
-from analysis.gap.laws.search import AS_GOOD, LEVEL, LEVEL_WHERE_LEFT, MOST_PARTS, PER_UNKNOWN, Found, find_law
 from analysis.gap.selection.flight_steps import FlightSteps, beside_law, named_terms_of, still_accepted, without_names
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit, Shape, fit_impacts

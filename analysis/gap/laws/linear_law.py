@@ -9,12 +9,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.regression.halves import halves_of, scatter_of_runs
 from analysis.gap.laws.regression.problem import Regression, held_out_squares
-from analysis.gap.laws.search import Found
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import Term
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.modulated import fixed, with_scale
@@ -16,7 +17,6 @@ from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE

@@ -17,6 +17,9 @@ from analysis.blind.series import make_series
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.laws import flight_law
+from analysis.gap.laws.choice.found import Found, Rival
+from analysis.gap.laws.choice.numbers_inside import Numbers
+from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, _by_runs, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, named_numbers, ways, with_coefficients, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
@@ -25,10 +28,8 @@ from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import sized_law
 from analysis.gap.laws.impact_law import needless_beside
-from analysis.gap.laws.numbers_inside import Numbers
 from analysis.gap.laws.regression.forms import forms_of, gains_by_chance, held_out_gains
 from analysis.gap.laws.regression.problem import Regression, held_out_squares
-from analysis.gap.laws.search import LEVEL, LEVEL_WHERE_LEFT, Found, Rival, _by_runs, find_law
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.null_distribution import by_chance

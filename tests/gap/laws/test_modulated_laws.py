@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.gap.laws.choice.listed import columns_of
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.modulated import changing, modulated, settling
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.flight_rows import AT_ONCE, MANY_TERMS, flight_regression
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
-from analysis.gap.laws.search import columns_of
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.kernel import pushes, shared_pushes, shared_terms, shared_values

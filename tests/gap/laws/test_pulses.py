@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.pulses import STRETCHES, TimeProfile, pulse_candidates, time_profile
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.laws.search import find_law
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import pushes
 from ovines.core.laws.terms import Factor, Term, rows_of

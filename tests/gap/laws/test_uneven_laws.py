@@ -9,6 +9,13 @@ import numpy as np
 import pytest
 
 from analysis.blind.plant.parameters import PlantParameters
+from analysis.blind.recording.files import write_series
+from analysis.blind.series import make_series
+from analysis.contact.restitution import RESTITUTION_EFFECTS
+from analysis.gap.ladder import run_ladder
+from analysis.gap.laws.choice.listed import columns_of
+from analysis.gap.laws.choice.numbers_inside import searched
+from analysis.gap.laws.choice.search import SHORTLIST
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at, named_numbers, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
@@ -17,17 +24,19 @@ from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.uneven import evenly, uneven
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
-from analysis.gap.laws.impact_law import find_impact_law
 from analysis.gap.laws.impact_rows import distance_regression, law_regression
-from analysis.gap.laws.numbers_inside import searched
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
 from analysis.gap.laws.regression.problem import Profile
-from analysis.gap.laws.search import SHORTLIST, columns_of
+from analysis.gap.prediction.detectable import detectable_sizes
+from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import Factor, Term
-from tests.gap.laws.test_memory_laws import EFFECTS, flight_law, made_series, quantities
+from ovines.pipeline.series.diagnosis import load_series
+from ovines.recording import read_series
+from tests.gap.conftest import laws_and_ladder
+from tests.gap.laws.test_memory_laws import EFFECTS, made_series, quantities
 
 COSINE, SIDE = Factor("azimuth", "cosine", x=0.7), Factor("body_angle", "cosine", x=-1.1)
 TIME, RUN, PHASE = Factor("time"), Factor("run"), Factor("phase", "cosine", x=0.4)
@@ -132,24 +141,42 @@ def test_causes_that_nobody_listed_are_in_the_dictionary(recorded, stage, causes
 
 
 def test_a_fan_is_a_drag_against_moving_air(tmp_path):
-    """With the air's own speed and direction, and neither a tilt nor a drag beside it."""
-    series, true = made_series(tmp_path, "unknown_cooling_fan", 0.9, 71, runs=4)
-    law = flight_law(series)
-    assert law is not None
+    """With the air's own speed and direction.  The constant part of it is no tilt, the linear part no drag: beside
+    these names a drag that differs by direction closed as much; the formula stands in their place, and their
+    probability is what they gain beside it."""
+    series, true = made_series(tmp_path, "unknown_cooling_fan", 0.9, 71, runs=3)
+    named = run_ladder(series, np.random.default_rng(0))
+    assert {cause.effect for cause in named.causes} & {"table_tilt", "viscous_drag"}
+    (law,), ladder = laws_and_ladder(series)
+    assert ladder.causes == ()
     assert quantities(law) == [("along_airspeed", ["airspeed"])], as_text(law.law)
     (speed, sd, _), (way, _, _) = law.numbers["wind_m_per_s"], law.numbers["wind_rad"]
     assert speed == pytest.approx(PlantParameters().fan_m_per_s, abs=max(4 * sd, 0.1))
     assert abs(np.angle(np.exp(1j * (way - true["fan_rad"])))) < 0.05
     assert law.closed > 0.9
+    likely = probabilities(ladder, ladder.causes, detectable_sizes(ladder), 1.0)
+    assert likely["table_tilt"] < 0.9 and likely["viscous_drag"] < 0.9  # 1.0 as names
 
 
 def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
-    series, _ = made_series(tmp_path, "unknown_lamplit_side", 1.0, 72, runs=6)
-    fits = first_flights(series, EFFECTS).fits
-    law = find_impact_law(fit_impacts(fits), fits, (), series.frame, np.random.default_rng(0))
-    assert law is not None
+    """Neither a drift nor a direction that the restitution has, which its parts have the form of."""
+    series, _ = made_series(tmp_path, "unknown_lamplit_side", 1.0, 72, runs=3)
+    named = run_ladder(series, np.random.default_rng(0))
+    assert {cause.effect for cause in named.causes} & set(RESTITUTION_EFFECTS)
+    (law,), ladder = laws_and_ladder(series)
+    assert ladder.causes == () and ladder.impacts.restitution_terms == ()
     assert {target for target, _ in quantities(law)} == {"restitution"}
     assert sorted({name for _, names in quantities(law) for name in names}) == ["azimuth", "time"], as_text(law.law)
+
+
+def test_a_drift_beside_a_law_keeps_its_name(tmp_path):
+    """A formula that stands in its place is sought, and does not need less without it."""
+    made = make_series("restitution_drift+unknown_soft_spot", 1.0, np.random.default_rng(73), runs=3, noise="white")
+    write_series(made, tmp_path / "series")
+    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    (law,), ladder = laws_and_ladder(series)
+    assert {target for target, _ in quantities(law)} == {"restitution"}, as_text(law.law)
+    assert {cause.effect for cause in ladder.causes} == {"restitution_drift"}
 
 
 def test_what_is_uneven_is_as_it_is_and_with_both_waves():

@@ -10,10 +10,10 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.scoring.forms import FORMS, form_of, judge_law
 from analysis.blind.scoring.withheld import judge_withheld, withheld_figures
 from analysis.blind.series import make_series
+from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.flight_rows import flight_regression
-from analysis.gap.laws.search import find_law
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.core.laws.terms import Factor, Term, WrittenLaw

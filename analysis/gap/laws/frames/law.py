@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
@@ -17,7 +18,6 @@ from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidate
 from analysis.gap.laws.frames.markers import MarkerRows, marker_rows
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
-from analysis.gap.laws.search import find_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.measurement.rigid_bodies import loose_markers

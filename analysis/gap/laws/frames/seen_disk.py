@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
+from analysis.gap.laws.choice.search import LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
 from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, RigScales, pair, plain, scaled, spots
@@ -24,7 +25,6 @@ from analysis.gap.laws.frames.markers import moved_back
 from analysis.gap.laws.frames.rows import size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.laws.search import LEVEL_WHERE_LEFT, find_law
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.series import Series, with_points
 from analysis.motion.rig_frame import RigFrame

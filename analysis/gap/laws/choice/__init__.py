@@ -1,0 +1,1 @@
+"""The choice of a formula among many candidates."""

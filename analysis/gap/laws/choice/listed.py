@@ -1,0 +1,87 @@
+"""Candidates with their columns in one problem, and what each gains in runs held out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.choice.numbers_inside import Columns
+from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.regression.forms import Forms, Kin, forms_of, held_out_gains, kin_of, stretches
+from analysis.gap.laws.regression.problem import Regression
+
+Array = NDArray[np.float64]
+# A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per
+# unknown).
+PER_UNKNOWN = 4.0
+# A column that fewer blocks than this tell of explains them whatever it is; chance, drawn from what is left of them,
+# would not know.
+FEWEST_BLOCKS = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """Candidates with their columns ``table`` (M, C), the ``groups`` of these, what no nuisance changes of their normal
+    equations (``kin``), and the price ``looked`` (G,) of each."""
+
+    candidates: Sequence[Candidate]
+    table: Array
+    groups: list[list[int]]
+    kin: tuple[Kin, ...]
+    looked: Array
+
+    @staticmethod
+    def of(candidates: Sequence[Candidate], columns: Columns, problem: Regression) -> Listed:
+        """Those of a problem."""
+        table, groups = columns_of(candidates, columns, problem.block)
+        looked = np.array([one.looked for one in candidates])
+        return Listed(candidates, table, groups, kin_of(problem, table, groups), looked)
+
+    @property
+    def prices(self) -> Array:
+        """What each (G,) must explain for its unknowns, and for having been looked for."""
+        return self.looked + PER_UNKNOWN * np.array([one.unknowns for one in self.candidates])
+
+    def gains(self, problem: Regression, scale: float) -> tuple[Forms, Array]:
+        """Normal equations beside the nuisances of ``problem``, and the held-out gain (G,) of each over ``scale``, its
+        price taken off."""
+        forms = forms_of(problem, self.table, self.groups, self.kin)
+        return forms, held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale - self.looked
+
+
+def columns_of(
+    candidates: Sequence[Candidate], columns: Columns, block: NDArray[np.int64]
+) -> tuple[Array, list[list[int]]]:
+    """Columns (M, C) of all candidates, scaled to unit length, and the places of each; zero where fewer than
+    :data:`FEWEST_BLOCKS` blocks would tell of them: what one flight shows is no law."""
+    terms = [term for one in candidates for term in one.terms]
+    table = columns(terms)
+    # In place, as a dictionary's columns of a long series fill a gigabyte.
+    length = _lengths(table, block)
+    told = _blocks_telling(length) >= FEWEST_BLOCKS
+    size = np.sqrt(np.sum(length**2, 0))
+    table[:, ~told] = 0.0
+    table /= np.where(told & (size > 0), size, 1.0)
+    ends = np.cumsum([len(one.terms) for one in candidates])
+    return table, [list(range(end - len(one.terms), end)) for one, end in zip(candidates, ends, strict=True)]
+
+
+def _lengths(table: Array, block: NDArray[np.int64]) -> Array:
+    """The length of each column (M, C) in each block, (B, C)."""
+    parts = [table[rows] for rows in stretches(np.unique(block, return_inverse=True)[1])]
+    return np.sqrt(np.array([np.einsum("mc,mc->c", own, own) for own in parts]).reshape(len(parts), table.shape[1]))
+
+
+def _blocks_telling(length: Array) -> Array:
+    """Over how many blocks columns of such a ``length`` (B, C) in each are spread: the square of the lengths' sum, over
+    the sum of their squares (C,)."""
+    return np.asarray(length.sum(0) ** 2 / np.maximum(np.sum(length**2, 0), 1e-300), float)
+
+
+def with_parts(problem: Regression, columns: Columns, parts: Sequence[Candidate]) -> Regression:
+    """The problem with the parts of a law fitted along."""
+    terms = [term for part in parts for term in part.terms]
+    return problem.with_columns(columns(terms)) if terms else problem
