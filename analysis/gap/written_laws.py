@@ -11,6 +11,7 @@ import numpy as np
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of, with_leaning_wall
+from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.found_law import LawFound
@@ -44,13 +45,8 @@ from analysis.gap.thresholds import (
     ELLIPTICITY_NEGLIGIBLE,
     ELLIPTICITY_UNDER_LENS,
     LAW_LEAST_CLOSED,
-    NEGLIGIBLE_FRAMES,
 )
-from ovines.core.laws.words import QUANTITIES
 
-# A law that no probe asked for closes at least this share of what is left: what a smeared disk feigned closed 0.26, a
-# nick in the rim 0.95 to 1.0 (four series in view).
-UNPROMPTED_CLOSED = 0.5
 #: coordinate of an impact that a law's target is one of
 COORDINATES = {target: coordinate for coordinate, targets in ACTS_ON.items() for target in targets}
 # A force that gains this share of what a law of where the disk is seen gains is told in its place.
@@ -116,7 +112,7 @@ def _seen_disk_law(
         return (), ladder
     if force_gain(ladder.series.runs, ladder.flights.named, rng) > MOST_BY_A_FORCE * seen_gain:
         return (), ladder
-    one = _law_structure(law, "measurement", "x", law.size, least_m)
+    one = structure_of_law(law, "measurement", "x", law.size, least_m)
     structure = replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: the disk is seen beside where it is")
     # A shape of the wall that shows only once the picture is moved is what the law, read off flights, misses there.
     named = {cause.effect for cause in ladder.causes}
@@ -140,9 +136,9 @@ def _flight_law(
         return None, ladder  # nor does it change the names beside it, or their sizes
     law, steps = flight_law_instead(ladder.series.runs, steps, law, ladder.series.frame, rng) or (law, steps)
     if "flight" not in left:
-        if _believed(law, law.size, least) is None:
+        if believed(law, law.size, least) is None:
             return None, ladder
-        structure = (*ladder.structure, _law_structure(law, "flight", "x", law.size, least))
+        structure = (*ladder.structure, structure_of_law(law, "flight", "x", law.size, least))
         ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.strength)))
     ladder = _sized_beside(ladder, law, steps)
     if withheld & set(NAMED_BY_LAW):
@@ -191,7 +187,7 @@ def _contact_laws(
         ladder = with_leaning_wall(ladder, leaning_wall(wall, _fitted(ladder), fits), rng, withheld)
         left = {one.stage for one in ladder.structure}
         if "geometry" not in left:
-            structure.append(_law_structure(wall, "geometry", "radius", wall.size, least_m))
+            structure.append(structure_of_law(wall, "geometry", "radius", wall.size, least_m))
     if instant or "impact" in left:
         law, more, ladder = _impact_law(ladder, fits, "impact" in left, rng)
         laws, structure = [law], [*more, *structure]
@@ -203,7 +199,7 @@ def _wall_law_instead(
 ) -> tuple[LawFound | None, Ladder]:
     """The law of the wall's shape where one formula says more than the named shapes, and the ladder without these."""
     found = wall_law_instead(ladder.impacts, fits, ladder.series.frame, least_m, rng)
-    if found is None or _believed(found[0], found[0].size, least_m) is None:
+    if found is None or believed(found[0], found[0].size, least_m) is None:
         return None, ladder
     return found[0], _without(ladder, found[1])
 
@@ -214,7 +210,7 @@ def _wall_law(
     """The law of the wall's shape beside the named ones (``asked``: a probe has found something)."""
     level = LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED
     found = find_wall_law(_fitted(ladder), fits, ladder.series.frame, least_m, rng, level)
-    return found if found is None or asked else _believed(found, found.size, least_m)
+    return found if found is None or asked else believed(found, found.size, least_m)
 
 
 def _fitted(ladder: Ladder) -> ImpactFit:
@@ -259,17 +255,8 @@ def _asked_impact_law(
         return law, ()
     sizes = impact_law_sizes(law, impacts, fits, ladder.impacts.restitution_terms)
     target = max(sizes, key=lambda one: sizes[one][0] / sizes[one][1])
-    law = _believed(law, *sizes[target])
-    return law, () if law is None else (_law_structure(law, "impact", COORDINATES[target], *sizes[target]),)
-
-
-def _believed(law: LawFound, size: float, least: float) -> LawFound | None:
-    """A law that nothing else asked for, where it is surely there: larger than negligible, closing most of what is left
-    in whichever runs are drawn, shown by both halves of the runs alike.  One flight that hides a glancing impact makes
-    a force beside the wall that closes everything, and the other half, or most runs, know nothing of it."""
-    alike = law.halves is not None and law.halves.agree and law.halves.both_show_it
-    closes = law.closed > UNPROMPTED_CLOSED and law.shrinkage(np.random.default_rng(0))[1] > 0
-    return law if size > least and closes and alike else None
+    law = believed(law, *sizes[target])
+    return law, () if law is None else (structure_of_law(law, "impact", COORDINATES[target], *sizes[target]),)
 
 
 def _surely_effect(law: LawFound, ladder: Ladder, fits: Sequence[FlightFits]) -> str | None:
@@ -278,16 +265,7 @@ def _surely_effect(law: LawFound, ladder: Ladder, fits: Sequence[FlightFits]) ->
     if name is None or impacts is None:
         return None
     sizes = impact_law_sizes(law, impacts, fits)
-    return name if _believed(law, *sizes["restitution"]) is not None else None
-
-
-def _law_structure(law: LawFound, stage: str, coordinate: str, size: float, least: float) -> Structure:
-    """What a law that nothing else asked for leaves to be told: it goes with what the law's first term follows."""
-    follows = [QUANTITIES[factor.quantity].meaning for factor in law.law.terms[0].factors]
-    gain = float(np.sum(law.before - law.after))
-    unit = "m" if stage == "geometry" else "1"
-    goes_with = " and ".join(f"the {one}" for one in follows) or "nothing: a constant"
-    return Structure(stage, "impact", coordinate, goes_with, size / least, gain, size, unit, law.p)
+    return name if believed(law, *sizes["restitution"]) is not None else None
 
 
 def _measurement_laws(
@@ -301,7 +279,7 @@ def _measurement_laws(
     if told or delay_follows(series):
         found, corrected = find_frame_laws(series, rng)
         if not told:  # what nothing else asked for is believed by itself only
-            found = tuple(one for one in found if _believed(one, 1.0, 0.0) is not None)
+            found = tuple(one for one in found if believed(one, 1.0, 0.0) is not None)
             corrected = without_frame_laws(series, [one.law for one in found])
         if found:
             again = run_ladder(corrected, rng, withheld)
@@ -322,11 +300,11 @@ def _measurement_laws(
     # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
     # that sweeps passes for a clock: the disk's flights are asked, too.
     clock, corrected = find_clock_law(series, rng)
-    if clock is not None and _believed(clock, 1.0, 0.0) is not None:
+    if clock is not None and believed(clock, 1.0, 0.0) is not None:
         again = run_ladder(corrected, rng, withheld)
         if _misfit(again) < _misfit(best):
             laws, best = (*laws, clock), again
-            told = told or [_clock_structure(clock, ladder)]
+            told = told or [structure_of_clock(clock, ladder.series.period_s)]
     if not laws:
         return (), ladder
     others = [one for one in best.structure if one.stage != "measurement"]
@@ -342,15 +320,5 @@ def _misfit(ladder: Ladder) -> float:
 
 def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
-    one = _law_structure(law, "measurement", "x", law.size, least_delay_s(ladder.series))
+    one = structure_of_law(law, "measurement", "x", law.size, least_delay_s(ladder.series))
     return replace(one, phase="all", unit="s", goes_with=f"{one.goes_with}: the delay of a camera changes")
-
-
-def _clock_structure(law: LawFound, ladder: Ladder) -> Structure:
-    """A clock that no effect of the library is: what its law leaves, in the smallest scatter of times that counts."""
-    factor = law.law.terms[0].factors[0]
-    gain = float(np.sum(law.before - law.after))
-    size_s = law.size
-    least_s = NEGLIGIBLE_FRAMES["trigger_jitter"] * ladder.series.period_s
-    goes_with = f"the {factor.quantity} of a run: all cameras are late by a time that changes"
-    return Structure("measurement", "all", "x", goes_with, size_s / least_s, gain, size_s, "s", law.p)

@@ -16,6 +16,7 @@ from analysis.gap import written_laws
 from analysis.gap.cause import Structure
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.ladder import run_ladder
+from analysis.gap.laws.belief import believed
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
@@ -136,21 +137,21 @@ def test_a_law_that_no_probe_asks_for_closes_in_whichever_runs_are_drawn():
     """One run of six makes it: drawn without that it closes nothing (practice-14 hides such a glancing impact)."""
     fine = {"size": 3.0, "halves": ALIKE, "floor": np.full(6, 0.1)}
 
-    def believed(before, after):
+    def is_believed(before, after):
         none = {name: None for name in ("law", "rig_law", "numbers", "p", "others")}
         law = LawFound(**none, before=np.array(before), after=np.array(after), **fine)
         assert law.closed > 0.9
-        return written_laws._believed(law, 3.0, 1.0) is law
+        return believed(law, 3.0, 1.0) is law
 
-    assert believed(np.full(6, 1.0), np.full(6, 0.12))
-    assert not believed([5.0, 0.1, 0.1, 0.1, 0.1, 0.1], [0.1, 0.101, 0.1, 0.1, 0.1, 0.1])
+    assert is_believed(np.full(6, 1.0), np.full(6, 0.12))
+    assert not is_believed([5.0, 0.1, 0.1, 0.1, 0.1, 0.1], [0.1, 0.101, 0.1, 0.1, 0.1, 0.1])
 
 
 def test_a_law_of_impacts_that_no_probe_asks_for_is_found_and_left(nick):
     """A nick in the disk's rim takes 0.07 of the restitution where it meets the wall."""
     made, ladder = nick
     assert "impact" not in {one.stage for one in ladder.structure}
-    laws, ladder = write_laws(ladder, np.random.default_rng(1))
+    laws, ladder = write_laws(ladder, np.random.default_rng(1), frozenset())
     left = next(one for one in ladder.structure if one.stage == "impact")
     assert (left.coordinate, left.goes_with) == ("normal", "the direction of the contact seen from the disk")
     assert left.strength > 1.0 and left.p < 0.01 / 4
@@ -163,7 +164,7 @@ def test_a_law_of_impacts_that_no_probe_asks_for_is_found_and_left(nick):
     fresh = 0.7 * data.before + np.hypot(data.normal_sd, 0.02 * data.before) * rng.standard_normal(len(data))
     plain = replace(ladder.impacts, fitted=replace(impacts, data=replace(data, after=fresh)))
     plain = replace(ladder, impacts=plain, structure=())
-    _, left, _ = written_laws._contact_laws(plain, plain.flights.fitted.fits, np.random.default_rng(1))
+    _, left, _ = written_laws._contact_laws(plain, plain.flights.fitted.fits, np.random.default_rng(1), frozenset())
     assert "impact" not in {one.stage for one in left}
     assert made.truth["effect"] == "unknown_nicked_disk"
 
