@@ -90,6 +90,7 @@ def law_page() -> str:
     own |= {"body": "angle from the disk's own axis (rad)", "wind": "velocity of the air in the room (m/s)"}
     own |= {
         "line": "offset (m), direction (rad)",
+        "room_line": "offset (m), direction (rad)",
         "turning": "zero (rad), rate (rad/s)",
         "fading": "fading time (s) in `y`",
         "swinging": "rate (rad/s) in `x`, fading time (s) in `y`",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, DIRECTED, NES_PLACE, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, DIRECTED, LINES, NES_PLACE, QUANTITIES, TARGETS, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -118,7 +118,7 @@ def _text_quantity(one: Factor, term: Term) -> str:
         name = name if (one.x, one.y) == (term.x, term.y) else f"{name}({_place(one)})"
     elif own == "wind":
         name = name if (one.x, one.y) == (term.x, term.y) else f"{name}({_wind(one)})"
-    elif own == "line":
+    elif own in LINES:
         name = f"({name}({one.y:.3g} rad)" + (f" - {1e3 * one.x:.3g} mm" if one.x else "") + ")"
     elif one.quantity in ALONG:
         name = f"{name}({one.x:.3g} rad)"
@@ -208,7 +208,7 @@ def _latex_term(term: Term, first: bool) -> str:
 def _latex_factor(one: Factor) -> str:
     entry = QUANTITIES[one.quantity]
     symbol, unit = entry.symbol, _latex_unit(entry.unit)
-    if (entry.own == "line" and one.x) or (entry.own in ("", "angle") and one.x and one.quantity not in ALONG):
+    if (entry.own in LINES and one.x) or (entry.own in ("", "angle") and one.x and one.quantity not in ALONG):
         symbol = rf"({symbol}{_latex_number(-one.x, False)}{unit})"
     if entry.own == "turning":
         rate = _latex_number(-one.y, False) + _latex_unit("rad/s")
@@ -281,7 +281,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 own = f", {_wind(one)}"
             elif one.quantity in ALONG:
                 own = f" of {one.x:.3g} rad"
-            elif quantity.own == "line":
+            elif quantity.own in LINES:
                 own = f" of {one.y:.3g} rad"
             elif quantity.own == "fading":
                 own = f", within {one.y:.3g} s"

@@ -15,8 +15,8 @@ from ovines.core.laws import words as W
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
     Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
     Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER, Q_AIRSPEED,
-    Q_HOST_PLACE,
-) = range(51)  # fmt: skip
+    Q_HOST_PLACE, Q_ALONG_ROOM,
+) = range(52)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
@@ -167,8 +167,9 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.hypot(known[W.HX] - x, known[W.HY] - y)
     if code == Q_AIRSPEED:
         return math.hypot(known[W.VX] - x, known[W.VY] - y)
-    if code == Q_ALONG:
-        return math.cos(y) * known[W.HX] + math.sin(y) * known[W.HY] - x
+    if code == Q_ALONG or code == Q_ALONG_ROOM:
+        first, second = (W.HX, W.HY) if code == Q_ALONG else (W.X, W.Y)
+        return math.cos(y) * known[first] + math.sin(y) * known[second] - x
     if (
         code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_FLOOR_ALONG
         or code == Q_ACCELERATION_ALONG or code == Q_HOST_PLACE

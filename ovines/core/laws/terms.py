@@ -237,6 +237,9 @@ def _moved_own(own: str, x: float, y: float, turn: float, origin: tuple[float, f
         return wrapped(x + turn, W.TURN), y
     if own == "axis":
         return wrapped(x + turn, math.pi), y
+    if own == "room_line":
+        angle = y + turn
+        return x + math.cos(angle) * origin[0] + math.sin(angle) * origin[1], wrapped(angle, W.TURN)
     if own in ("line", "marker"):
         return x, wrapped(y + turn, W.TURN)
     if own in ("room", "host", "wind"):

@@ -347,6 +347,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "angle",
                 "place of the Host from the middle of its run's path along a direction; of measurements only",
             ),
+            ("along_room", "m", r"s_0", False, "room_line", "place in the room along a direction"),
         )
     )
 }
@@ -398,6 +399,8 @@ OF_CAMERA_DELAY = (
 )
 #: what nothing but a law of the measurement may follow: it is not known while a run goes on
 OF_MEASUREMENTS_ONLY = ("share", "host_place_along")
+#: own offset and direction of what is a place along a line, in the Host or the room
+LINES = ("line", "room_line")
 #: what a target's own number and direction are: of a marker, of a camera, of these what has a direction
 MARKERS = ("marker", "body_marker")
 CAMERAS = ("camera", "camera_axis", "camera_angle")

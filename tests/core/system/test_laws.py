@@ -30,7 +30,7 @@ QUANTITY_CODES = (
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
     "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
     "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING RIM_TURN LAST_SLIP BLOWS "
-    "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER AIRSPEED HOST_PLACE"
+    "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER AIRSPEED HOST_PLACE ALONG_ROOM"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -76,6 +76,7 @@ PLAIN_LAWS = (
             Term("along_airspeed", -0.2, (Factor("airspeed", "power", 2.0, x=1.1, y=-0.8),), 1.1, -0.8),
         )
     ),
+    WrittenLaw((Term("floor_friction", 15.0, (Factor("along_room", x=0.003, y=0.7),)),)),
     WrittenLaw(
         (
             Term("restitution", -0.2, (Factor("azimuth", "gaussian", 1.0, 0.5, 0.3),)),

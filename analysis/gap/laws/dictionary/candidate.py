@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, wrapped
-from ovines.core.laws.words import ALONG, MARKERS, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, LINES, MARKERS, QUANTITIES, TARGETS, TRAINS
 
 Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
@@ -132,7 +132,7 @@ def _merged_factor(f: Factor, g: Factor, a: float, b: float) -> Factor | None:
         # a q(x) + b q(x + pi / 2) = size q(x + arctan(b / a))
         quarter = abs(wrapped(g.x - f.x - QUARTER, 2 * math.pi)) < 1e-9
         return replace(f, x=wrapped(f.x + math.atan2(b, a), 2 * math.pi)) if quarter else None
-    if QUANTITIES[f.quantity].own == "line" and replace(g, y=f.y) == f and replace(f, y=0.0) == Factor(f.quantity):
+    if QUANTITIES[f.quantity].own in LINES and replace(g, y=f.y) == f and replace(f, y=0.0) == Factor(f.quantity):
         quarter = abs(wrapped(g.y - f.y - QUARTER, 2 * math.pi)) < 1e-9
         return replace(f, y=wrapped(f.y + math.atan2(b, a), 2 * math.pi)) if quarter else None
     if (f.function, g.function) != ("cosine", "sine") or replace(g, function="cosine") != f:
@@ -151,7 +151,7 @@ def waves(quantity: str, order: float = 1.0, scale: float = 1.0) -> tuple[Factor
 
 def ways(quantity: str) -> tuple[Factor, Factor]:
     """A velocity, an acceleration or a place along two directions."""
-    across = Factor(quantity, y=QUARTER) if QUANTITIES[quantity].own == "line" else Factor(quantity, x=QUARTER)
+    across = Factor(quantity, y=QUARTER) if QUANTITIES[quantity].own in LINES else Factor(quantity, x=QUARTER)
     return Factor(quantity), across
 
 
@@ -206,7 +206,7 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
     elif entry.own == "wind":
         if (one.x, one.y) != (term.x, term.y):
             out |= _wind(one)
-    elif entry.own == "line":
+    elif entry.own in LINES:
         if one.x != 0.0:
             out["offset_m"] = (one.x, "m")
         if one.y != term.x:

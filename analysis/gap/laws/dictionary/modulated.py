@@ -198,7 +198,7 @@ def _waves() -> list[Modulator]:
     ]  # fmt: skip
     return out + [
         fixed(f"with the {quantity.replace('_', ' ')}", *((way,) for way in ways(quantity)))
-        for quantity in ("sliding_along", "host_acceleration_along", "host_velocity_along", "along_host")
+        for quantity in ("sliding_along", "host_acceleration_along", "host_velocity_along", "along_host", "along_room")
     ]
 
 
