@@ -65,6 +65,10 @@ FLIGHTS = {
         Term("spin", -1.0, (Factor("spin", x=80.0), Factor("spin", "absolute_power", x=80.0))), None,
     ),
     "a disk with a pole in a gradient": (Term("along_body", 1.0, (EAST,), x=0.5), None),
+    "two plates at a step": (
+        Term("fixed_direction", 1.0, (Factor("along_host", "gaussian", 1.0, 0.005, 0.009, 0.9),), x=0.9), None,
+    ),
+    "a magnet beneath one side of the room": (Term("floor_friction", 1.0, (Factor("along_room", y=0.7),)), None),
     "a fan": (
         Term("along_airspeed", -1.0, (Factor("airspeed", "power", 2.0, x=-1.1, y=1.6),), -1.1, 1.6), None,
     ),

@@ -65,6 +65,10 @@ def _ridges(scales: RigScales) -> list[Candidate]:
         factors = (Factor("along_host", x=place, y=angle), Factor("along_host", "gaussian", 1.0, width, place, angle))
         return (Term("fixed_direction", 1.0, factors, x=angle),)
 
+    def stair(angle: float, place: float, width: float) -> tuple[Term, ...]:
+        # Up on one side of a line and never down: a floor of two plates.
+        return (Term("fixed_direction", 1.0, (Factor("along_host", "gaussian", 1.0, width, place, angle),), x=angle),)
+
     def stream(angle: float, place: float, width: float) -> tuple[Term, ...]:
         # A band across the Host in which something blows: as a force, and as a drag beside it.
         across = Factor("along_host", "gaussian", 1.0, width, place, angle)
@@ -78,6 +82,7 @@ def _ridges(scales: RigScales) -> list[Candidate]:
     for angle, place in lines(RIDGE_DIRECTIONS, RIDGE_PLACES, scales):
         numbers = (angle, place, RIDGE_WIDTH * scales.radius_m)
         out.append(Candidate("ridge across the floor", ridge, numbers, steps, (False, False, True)))
+        out.append(Candidate("step of the floor", stair, numbers, steps, (False, False, True)))
     for angle, place in lines(RIDGE_DIRECTIONS, EDGE_PLACES, scales):
         numbers = (angle, place, WIDTHS[0] * scales.radius_m)
         out.append(Candidate("stream across the floor", stream, numbers, steps, (False, False, True)))
