@@ -134,7 +134,10 @@ def _flight_law(
     law, steps = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng, least)
     if law is None or law.closed <= LAW_LEAST_CLOSED:
         return None, ladder  # nor does it change the names beside it, or their sizes
-    law, steps = flight_law_instead(ladder.series.runs, steps, law, ladder.series.frame, rng) or (law, steps)
+    instead = flight_law_instead(ladder.series.runs, steps, law, ladder.series.frame, rng)
+    # What is not believed where no probe asks stands in no name's place.
+    if instead is not None and ("flight" in left or believed(instead[0], instead[0].size, least) is not None):
+        law, steps = instead
     if "flight" not in left:
         if believed(law, law.size, least) is None:
             return None, ladder
@@ -235,7 +238,10 @@ def _impact_law(
     left = [one for one in ladder.structure if one.stage == "impact"]
     instead = restitution_law_instead(law, ladder.impacts, fits, ladder.series.frame, rng, left)
     if instead is not None:
-        law, ladder = instead[0], _without(ladder, instead[1])
+        fewer = _without(ladder, instead[1])
+        alone, told = (instead[0], ()) if asked else _believed_impact_law(instead[0], fewer, fits)
+        if alone is not None:
+            return alone, told, fewer
     return law, structure, ladder
 
 
@@ -251,12 +257,18 @@ def _asked_impact_law(
     impacts, level = _fitted(ladder), LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED
     told = [one for one in ladder.structure if one.stage == "impact"]
     law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level, told)
-    if law is None or asked:
-        return law, ()
-    sizes = impact_law_sizes(law, impacts, fits, ladder.impacts.restitution_terms)
+    return (law, ()) if law is None or asked else _believed_impact_law(law, ladder, fits)
+
+
+def _believed_impact_law(
+    law: LawFound, ladder: Ladder, fits: Sequence[FlightFits]
+) -> tuple[LawFound | None, tuple[Structure, ...]]:
+    """A law of the impacts that no probe has asked for, where it is believed, and what it leaves to be told."""
+    sizes = impact_law_sizes(law, _fitted(ladder), fits, ladder.impacts.restitution_terms)
     target = max(sizes, key=lambda one: sizes[one][0] / sizes[one][1])
-    law = believed(law, *sizes[target])
-    return law, () if law is None else (structure_of_law(law, "impact", COORDINATES[target], *sizes[target]),)
+    if believed(law, *sizes[target]) is None:
+        return None, ()
+    return law, (structure_of_law(law, "impact", COORDINATES[target], *sizes[target]),)
 
 
 def _surely_effect(law: LawFound, ladder: Ladder, fits: Sequence[FlightFits]) -> str | None:

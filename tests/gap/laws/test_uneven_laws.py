@@ -169,6 +169,9 @@ def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
     assert {cause.effect for cause in named.causes} & set(RESTITUTION_EFFECTS)
     (law,), ladder = laws_and_ladder(series)
     assert ladder.causes == () and ladder.impacts.restitution_terms == ()
+    # What is left is told by the law that stands there, not by the one that stood beside the names.
+    told = [one.goes_with for one in ladder.structure if one.stage == "impact"]
+    assert told and all("goes round" not in one for one in told), told
     assert {target for target, _ in quantities(law)} == {"restitution"}
     assert sorted({name for _, names in quantities(law) for name in names}) == ["azimuth", "time"], as_text(law.law)
 
