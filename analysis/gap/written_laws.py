@@ -14,6 +14,7 @@ from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of, with_leani
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.laws.flight_law import find_flight_law, force_gain
+from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
@@ -29,12 +30,9 @@ from analysis.gap.laws.impact_law import (
     leaning_wall,
     needless_beside,
 )
-from analysis.gap.laws.instead import (
-    flight_law_instead,
-    restitution_law_instead,
-    wall_law_instead,
-    without_effects,
-)
+from analysis.gap.laws.instead.flights import flight_law_beyond, flight_law_instead
+from analysis.gap.laws.instead.impacts import restitution_law_instead, without_effects
+from analysis.gap.laws.instead.wall import wall_law_instead
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
@@ -131,13 +129,19 @@ def _flight_law(
     if "flight" not in left and left & {"measurement", "drive"}:
         return None, ladder
     least = 0.0 if "flight" in left else ladder.flights.units.negligible_m_per_s2
-    law, steps = find_flight_law(ladder.series.runs, ladder.flights, ladder.series.frame, rng, least)
+    runs, frame = ladder.series.runs, ladder.series.frame
+    search = FlightSearch.of(runs, ladder.flights.named, rng)
+    law, steps = find_flight_law(runs, ladder.flights, frame, rng, least, search=search)
     if law is None or law.closed <= LAW_LEAST_CLOSED:
-        return None, ladder  # nor does it change the names beside it, or their sizes
-    instead = flight_law_instead(ladder.series.runs, steps, law, ladder.series.frame, rng)
-    # What is not believed where no probe asks stands in no name's place.
-    if instead is not None and ("flight" in left or believed(instead[0], instead[0].size, least) is not None):
-        law, steps = instead
+        beyond = None if search is None else flight_law_beyond(search, ladder.flights, frame, rng, least)
+        if beyond is None:
+            return None, ladder  # nor does it change the names beside it, or their sizes
+        law, steps = beyond
+    else:
+        instead = None if search is None else flight_law_instead(search, steps, law, frame, rng)
+        # What is not believed where no probe asks stands in no name's place.
+        if instead is not None and ("flight" in left or believed(instead[0], instead[0].size, least) is not None):
+            law, steps = instead
     if "flight" not in left:
         if believed(law, law.size, least) is None:
             return None, ladder
@@ -227,9 +231,9 @@ def _impact_law(
     """The law of the impacts, what is left where only it shows it (``asked``: a probe has), and the ladder without the
     effects of the restitution that had imitated a part of it."""
     law, structure = _asked_impact_law(ladder, fits, asked, rng)
-    if law is None or law.closed <= LAW_LEAST_CLOSED:
+    if law is not None and law.closed <= LAW_LEAST_CLOSED:
         return law, structure, ladder
-    gone = needless_beside(law, ladder.impacts, fits)
+    gone = () if law is None else needless_beside(law, ladder.impacts, fits)
     if gone:
         fewer = _without(ladder, without_effects(ladder.impacts, gone))
         again, told = _asked_impact_law(fewer, fits, asked, rng)
@@ -240,7 +244,7 @@ def _impact_law(
     if instead is not None:
         fewer = _without(ladder, instead[1])
         alone, told = (instead[0], ()) if asked else _believed_impact_law(instead[0], fewer, fits)
-        if alone is not None:
+        if alone is not None and alone.closed > LAW_LEAST_CLOSED:
             return alone, told, fewer
     return law, structure, ladder
 

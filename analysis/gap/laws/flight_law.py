@@ -3,7 +3,7 @@ run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,16 +13,13 @@ from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX, LAW, LAW_TERMS
 from analysis.gap.laws.choice.found import Found, Rival
-from analysis.gap.laws.choice.search import LEAST_SHARE, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS, NEAR, find_law
-from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
-from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.parts import RigScales
-from analysis.gap.laws.dictionary.products import of_flights
+from analysis.gap.laws.choice.search import LEAST_SHARE, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS, NEAR
+from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.evidence import evidence_of
-from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
+from analysis.gap.laws.flight_rows import flight_regression
+from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
-from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.prediction import predict
 from analysis.gap.selection.flight_steps import FlightSteps, without_needless
@@ -32,9 +29,6 @@ from ovines.core.laws.kernel import pushes
 from ovines.core.laws.terms import MOST_TERMS, rows_of
 
 Array = NDArray[np.float64]
-FEWEST_FLIGHTS = 3
-# Targets and quantities of the disk's own angle.
-OF_ANGLE = ("spin", "along_body", "floor_lever", "floor_torque", "angle", "body_angle", "heading", "sliding_heading")
 # Angles that miss by more than so many medians are wrong tracks.
 CLIP_SD = 8.0
 # A law that no probe asked for, and whose linear form promises less than this share of what is left, is not fitted: it
@@ -60,22 +54,20 @@ def find_flight_law(
     rng: np.random.Generator,
     least_m_per_s2: float = 0.0,
     most_parts: int = MOST_PARTS,
-    leave_out: Callable[[Candidate], bool] | None = None,
+    search: FlightSearch | None = None,
 ) -> tuple[LawFound | None, FlightSteps]:
     """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
     much, or where it pushes by less than ``least_m_per_s2`` (RMS; a torque counts as the force at the rim that would
     make it; 0 where a probe has found that something is left); and the steps without the names that the law makes
-    needless.  ``leave_out``: candidates that are not asked."""
+    needless.  ``search``: that of the steps' named fit, where it is known."""
     base = steps.named
-    problem = flight_regression(base)
-    if len(np.unique(problem.problem.block)) < FEWEST_FLIGHTS:
+    search = FlightSearch.of(runs, base, rng) if search is None else search
+    if search is None:
         return None, steps
-    scales, candidates = _listed(runs, problem, rng)
-    candidates = [one for one in candidates if leave_out is None or not leave_out(one)]
+    problem = search.rows
     lever_m = _lever_m(runs)
     asked = least_m_per_s2 == 0.0
-    level = LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED
-    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_flights(scales), most_parts)
+    found, p = search.find(rng, LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED, most_parts)
     if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
         return None, steps
     floor = _mean_square(runs, [predict.free_paths(run) for run in runs], lever_m)
@@ -115,31 +107,14 @@ def find_flight_law(
     return told, steps
 
 
-def _listed(
-    runs: Sequence[Run], problem: FlightRegression, rng: np.random.Generator
-) -> tuple[RigScales, list[Candidate]]:
-    """The rig's own sizes, and every candidate that these runs can be asked for."""
-    scales = RigScales.of(problem.known, float(runs[0].data.host.omega_rad_per_s))
-    candidates = [*flight_candidates(scales), *pulse_candidates(problem, scales.run_s, rng)]
-    if _lever_m(runs) == 0.0:
-        candidates = [one for one in candidates if not _asks_for_angle(one)]
-    return scales, candidates
-
-
 def force_gain(runs: Sequence[Run], fitted: FlightFit, rng: np.random.Generator) -> float:
     """Fall of the sum of squares of runs held out that a force, a torque or a change of friction makes in the flights
     of a fit to ``runs``, their equation of motion linearised; 0 where chance finds as much."""
-    problem = flight_regression(fitted)
-    scales, candidates = _listed(runs, problem, rng)
-    found, _ = find_law(problem.problem, problem.columns, candidates, rng, LEVEL_WHERE_LEFT, of_flights(scales))
-    return 0.0 if found is None else found.gain * problem.problem.excess
-
-
-def _asks_for_angle(one: Candidate) -> bool:
-    """Whether a candidate knows, or turns, the disk's angle, which not every motion has."""
-    return any(
-        term.target in OF_ANGLE or any(factor.quantity in OF_ANGLE for factor in term.factors) for term in one.terms
-    )
+    search = FlightSearch.of(runs, fitted, rng)
+    if search is None:
+        return 0.0
+    found, _ = search.find(rng, LEVEL_WHERE_LEFT)
+    return 0.0 if found is None else found.gain * search.rows.problem.excess
 
 
 def _best_law(
@@ -207,6 +182,11 @@ def _mean_square(runs: Sequence[Run], paths: Sequence[Array], lever_m: float) ->
             limit = CLIP_SD * max(float(np.median(turned)), 1e-12)
             total[i] += lever_m**2 * float(np.sum(turned[turned < limit] ** 2))
     return np.asarray(total / max(float(errors.flight_count.sum()), 1.0), float)
+
+
+def squared_errors(runs: Sequence[Run], fitted: FlightFit) -> Array:
+    """Squared errors (R,) of a fit to ``runs`` in runs held out (m^2), as :class:`LawFound` counts them."""
+    return _mean_square(runs, _paths(runs, fitted), _lever_m(runs))
 
 
 def _paths(runs: Sequence[Run], fitted: FlightFit) -> list[Array]:

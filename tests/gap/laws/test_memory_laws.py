@@ -11,7 +11,7 @@ from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
-from analysis.gap.laws.instead import wall_law_instead
+from analysis.gap.laws.instead.wall import wall_law_instead
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.fit import fit_impacts

@@ -15,7 +15,7 @@ from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.impact_law import find_wall_law, leaning_wall
 from analysis.gap.laws.impact_rows import distance_regression, of_target
-from analysis.gap.laws.instead import asked_beside, wall_law_instead
+from analysis.gap.laws.instead.wall import asked_beside, wall_law_instead
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, fit_impacts, with_lobes

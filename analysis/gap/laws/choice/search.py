@@ -50,7 +50,7 @@ NEIGHBOURS, AS_GOOD = 2, 9.0
 def find_law(
     problem: Regression,
     columns: Columns,
-    candidates: Sequence[Candidate],
+    candidates: Sequence[Candidate] | Listed,
     rng: np.random.Generator,
     level: float = LEVEL,
     multipliers: Sequence[Modulator] = (),
@@ -58,12 +58,13 @@ def find_law(
 ) -> tuple[Found | None, float]:
     """The formula that held-out runs ask for, None where chance finds as much as often as ``level`` (of the first part;
     of further ones :data:`LEVEL`); and how often chance does.  A part may be a candidate times one of ``multipliers``
-    where that earns what looking for it takes."""
+    where that earns what looking for it takes.  ``candidates``: with their columns in the problem, where these are
+    known."""
     parts: list[Candidate] = []
     first_p, gained = 1.0, 0.0
     rivals: tuple[Rival, ...] = ()
-    scale, listed = problem.excess, Listed.of(candidates, columns, problem)
-    table, groups = listed.table, listed.groups
+    listed = candidates if isinstance(candidates, Listed) else Listed.of(candidates, columns, problem)
+    scale, candidates, table, groups = problem.excess, listed.candidates, listed.table, listed.groups
     while len(parts) < most_parts:
         held = with_parts(problem, columns, parts)
         forms, gains = listed.gains(held, scale)
@@ -84,7 +85,7 @@ def find_law(
             first_p = p
         if p > least_p or gains[best] < LEAST_SHARE * gained:
             break
-        shortlist = _shortlist(held, columns, candidates, gains, scale)
+        shortlist = shortlist_of(held, columns, candidates, gains, scale)
         shortlist = _with_products(held, columns, shortlist, multipliers, scale)
         part, own = shortlist[0]
         if own <= 0:
@@ -135,7 +136,7 @@ def _simplest(candidates: Sequence[Candidate], gains: Array) -> int:
     return int(np.argmax(gains - PER_UNKNOWN * np.array([one.unknowns for one in candidates])))
 
 
-def _shortlist(
+def shortlist_of(
     problem: Regression, columns: Columns, candidates: Sequence[Candidate], gains: Array, scale: float
 ) -> list[tuple[Candidate, float]]:
     """The :data:`SHORTLIST` of forms, the numbers inside each searched, with their gains on held-out runs, best first:

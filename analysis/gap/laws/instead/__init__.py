@@ -1,0 +1,6 @@
+"""One formula in the place of several names.
+
+Parts of a cause that nobody has listed may have the form of listed effects: the drag of a fan's wind has a constant
+part, which is a tilt's, and one that goes with the speed, which is a viscous drag's.  Names are tried first, and a law
+is then sought beside them, of a cause that is whole without them.  So where a law stands beside names, the formula is
+sought once more with the names out of the model, among those that are no name's own form."""

@@ -1,0 +1,94 @@
+"""One formula in the place of what is named of the restitution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact.held_laws import known_at_impacts
+from analysis.contact.restitution import RESTITUTION_EFFECTS
+from analysis.flights.fit import FlightFits
+from analysis.gap.cause import Structure
+from analysis.gap.laws.choice.listed import PER_UNKNOWN
+from analysis.gap.laws.choice.search import AS_GOOD, LEVEL_BELIEVED, LEVEL_WHERE_LEFT
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.impact_law import find_impact_law, needless_beside
+from analysis.gap.laws.impact_rows import law_regression, of_target, usual_scatter
+from analysis.gap.laws.instead.own_forms import is_own_form
+from analysis.gap.laws.regression.problem import held_out_squares
+from analysis.gap.selection.impact_steps import ImpactSteps
+from analysis.gap.selection.impacts.fit import ImpactFit
+from analysis.motion.rig_frame import RigFrame
+
+Array = NDArray[np.float64]
+#: unknowns of an effect of the restitution
+UNKNOWNS = 2
+
+
+def restitution_law_instead(
+    law: LawFound | None,
+    steps: ImpactSteps,
+    fits: Sequence[FlightFits],
+    frame: RigFrame,
+    rng: np.random.Generator,
+    left: Sequence[Structure] = (),
+) -> tuple[LawFound, ImpactSteps] | None:
+    """A formula that says as much of impacts held out as a ``law`` and the effects of the restitution beside it, by no
+    more unknowns, or clearly more than these effects alone where there is no law; and the steps with those effects that
+    are needed beside it.  None where there is none."""
+    impacts, named = steps.fitted, [c.effect for c in steps.causes if c.effect in RESTITUTION_EFFECTS]
+    if impacts is None or (law is not None and not _of_restitution(law)):
+        return None
+    level = LEVEL_BELIEVED if law is None else LEVEL_WHERE_LEFT
+    kept: list[str] = []
+    while len(kept) < len(named):
+        fewer = without_effects(steps, [name for name in named if name not in kept])
+        alone = find_impact_law(impacts, fits, fewer.restitution_terms, frame, rng, level, left, is_own_form)
+        if alone is None or not _of_restitution(alone):
+            return None
+        needless = needless_beside(alone, steps, fits)
+        needed = [name for name in named if name not in needless and name not in kept]
+        if not needed:
+            break
+        kept += needed
+    else:
+        return None
+    cost, cost_alone = _costs(impacts, fits, ((law, steps), (alone, fewer)))
+    return (alone, fewer) if cost_alone <= cost - (AS_GOOD if law is None else 0.0) else None
+
+
+def without_effects(steps: ImpactSteps, names: Sequence[str]) -> ImpactSteps:
+    """``steps`` without some of the effects of the restitution that they name."""
+    return replace(
+        steps,
+        restitution_terms=tuple(name for name in steps.restitution_terms if name not in names),
+        causes=tuple(c for c in steps.causes if c.effect not in names),
+    )
+
+
+def _of_restitution(law: LawFound) -> bool:
+    return any(term.target == "restitution" for term in law.rig_law.terms)
+
+
+def _costs(
+    impacts: ImpactFit, fits: Sequence[FlightFits], models: Sequence[tuple[LawFound | None, ImpactSteps]]
+) -> list[float]:
+    """-2 log L of runs held out by each model of the restitution - a law beside names, or names alone - and the price
+    of its unknowns, at the scatter that the best of them leaves."""
+    known = known_at_impacts(impacts.data, impacts.junctions, fits)
+    laws = [None if law is None else law.rig_law for law, _ in models]
+    scatter = min(
+        usual_scatter(impacts.data, steps.restitution_terms, of_target("restitution", law, known))
+        for law, (_, steps) in zip(laws, models, strict=True)
+    )
+    out = []
+    for law, steps in models:
+        rows = law_regression(impacts, fits, steps.restitution_terms, scatter=scatter)
+        squares = held_out_squares(rows.problem, rows.columns([] if law is None else law.rig_law.terms))
+        unknowns = 0 if law is None else len(law.numbers)
+        unknowns += UNKNOWNS * sum(c.effect in RESTITUTION_EFFECTS for c in steps.causes)
+        out.append(float(squares.sum()) + PER_UNKNOWN * unknowns)
+    return out

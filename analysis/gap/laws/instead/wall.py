@@ -1,0 +1,93 @@
+"""One formula in the place of named shapes of the wall."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from analysis.flights.fit import FlightFits
+from analysis.gap.laws.choice.found import Found
+from analysis.gap.laws.choice.listed import PER_UNKNOWN
+from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, MOST_PARTS, find_law
+from analysis.gap.laws.dictionary.candidate import waves
+from analysis.gap.laws.dictionary.products import of_impacts
+from analysis.gap.laws.dictionary.walls import wall_candidates
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.impact_law import FEWEST_IMPACTS, told_wall_law
+from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression
+from analysis.gap.laws.instead.own_forms import AS_WELL
+from analysis.gap.laws.regression.forms import forms_of, held_out_gains
+from analysis.gap.selection.impact_steps import ImpactSteps
+from analysis.gap.selection.impacts.fit import Shape, fit_impacts
+from analysis.motion.rig_frame import RigFrame
+from ovines.core.laws.terms import Factor, Term
+
+#: named shapes of the wall that one formula may replace
+SHAPES = ELLIPSE, LOBES, FINITE = "wall_ellipticity", "wall_lobes", "finite_contact_time"
+
+
+def wall_law_instead(
+    steps: ImpactSteps, fits: Sequence[FlightFits], frame: RigFrame, least_m: float, rng: np.random.Generator
+) -> tuple[LawFound, ImpactSteps] | None:
+    """One formula that explains the contact distances clearly better than the named shapes of the wall do, or as well
+    by fewer unknowns, and the steps without these; None where there is none.
+
+    A step in the wall is a series of lobes: by an ellipse and one of them little is left of it.  An ellipse and lobes
+    that are really there have no reason to stand to each other as the waves of one step do.  A ring with play in its
+    seat makes distances that grow with the speed of approach, as a contact that lasts does."""
+    names = {c.effect for c in steps.causes} & set(SHAPES)
+    if steps.fitted is None or not names or len(steps.fitted.data) < FEWEST_IMPACTS:
+        return None
+    shape = Shape(
+        steps.shape.ellipse and ELLIPSE not in names,
+        steps.shape.finite and FINITE not in names,
+        0 if LOBES in names else steps.shape.order,
+    )
+    base = fit_impacts(fits, shape)
+    problem = distance_regression(base, fits)
+    orders = [2] * (ELLIPSE in names) + [steps.shape.order] * (LOBES in names)
+    factors = [wave for order in orders for wave in waves("azimuth", float(order))]
+    factors += [Factor("approach")] * (FINITE in names)
+    shapes = [Term("contact_radius", 1.0, (factor,)) for factor in factors]
+    forms = forms_of(problem.problem, problem.columns(shapes), [list(range(len(shapes)))])
+    named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / problem.problem.excess
+    candidates = wall_candidates(problem.known)
+    for most in (1, MOST_PARTS):  # one step, before what its waves may be put together from
+        found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(problem.known), most)
+        if (
+            found is not None
+            and _instead(found, named, len(shapes))
+            and not _holds(found, shapes)
+            and not asked_beside(problem, found, shapes)
+        ):
+            break
+    else:
+        return None
+    law = told_wall_law(problem, found, p, base, fits, frame, least_m)
+    if law is None:
+        return None
+    kept = tuple(c for c in steps.causes if c.effect not in names)
+    return law, replace(steps, fitted=base, shape=shape, causes=kept)
+
+
+def _instead(found: Found, named: float, unknowns: int) -> bool:
+    """Whether a formula says clearly more than shapes of so many ``unknowns`` that gain ``named``, or as much by
+    fewer."""
+    more = sum(part.unknowns for part in found.parts) - unknowns
+    return found.gain - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and found.gain > AS_WELL * named)
+
+
+def _holds(found: Found, shapes: Sequence[Term]) -> bool:
+    """Whether a part of a formula is a named shape itself: the others stand beside it, not in its place."""
+    named = {term.factors for term in shapes}
+    return any({term.factors for term in part.terms} <= named for part in found.parts)
+
+
+def asked_beside(problem: ImpactRegression, found: Found, shapes: Sequence[Term]) -> bool:
+    """Whether runs held out still ask for the named shapes beside a formula."""
+    held = problem.problem.with_columns(problem.columns(found.terms))
+    forms = forms_of(held, problem.columns(shapes), [list(range(len(shapes)))])
+    gain = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / held.excess
+    return gain > AS_GOOD
