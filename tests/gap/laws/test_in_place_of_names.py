@@ -1,0 +1,84 @@
+"""A name that takes nearly the whole of another cause gives way to a formula that runs held out want more; one that is
+the cause does not.  The plant's causes, in view: no blind result."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.gap.laws.flight_search import FlightSearch
+from analysis.gap.laws.instead.flights import OUTDOES, flight_law_beyond
+from analysis.gap.laws.instead.impacts import restitution_law_instead
+from analysis.gap.laws.instead.own_forms import is_own_form
+from analysis.gap.selection.flight_candidates import gain_of
+from analysis.gap.selection.flight_causes import term_cause
+from analysis.gap.selection.flight_steps import first_flights, named_terms_of, select_flight_effects
+from analysis.gap.selection.flights.fit import fit
+from analysis.gap.selection.flights.model import with_free
+from analysis.gap.selection.flights.terms import EFFECT_TERMS
+from analysis.gap.selection.impact_steps import select_impact_effects
+from ovines.core.laws.formula import as_text
+from tests.gap.conftest import laws_and_ladder
+from tests.gap.laws.test_memory_laws import EFFECTS, quantities
+
+
+def named_flights(series):
+    """The flights' steps of a series, and the search beside their names."""
+    rng = np.random.default_rng(0)
+    steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
+    return steps, FlightSearch.of(series.runs, steps.named, rng)
+
+
+def test_a_screw_that_backs_out_is_no_drift(loaded):
+    """One side of the wall softens from run to run; the mean of it is a drift, which leaves the rest too faint for
+    chance to be ruled out."""
+    _, series = loaded("unknown_backed_screw", 0.6, 5, runs=4)
+    laws, ladder = laws_and_ladder(series)
+    (law,) = (law for law in laws if law.law.stage == "impact")
+    assert ladder.causes == () and {one.stage for one in ladder.structure} == {"impact"}
+    assert ("restitution", ["azimuth", "run"]) in quantities(law), as_text(law.law)
+    assert law.closed > 0.8
+
+
+@pytest.mark.parametrize(
+    "name", ["restitution_drift", "direction_dependent_restitution", "speed_dependent_restitution"]
+)
+def test_no_formula_says_more_of_the_restitution_than_the_true_name(loaded, name):
+    _, series = loaded(name, 1.0, 3, runs=3)
+    rng = np.random.default_rng(0)
+    flights = first_flights(series, EFFECTS)
+    steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
+    assert name in {cause.effect for cause in steps.causes}
+    assert restitution_law_instead(None, steps, flights.fits, series.frame, rng) is None
+
+
+def test_a_name_that_runs_held_out_want_less_gives_way(loaded):
+    """A drag that grows with the speed, named where it is the air's, which no name has here."""
+    _, series = loaded("air_drag", 1.0, 3, runs=3)
+    (viscous,) = (term for term in EFFECT_TERMS if term.name == "viscous_drag")
+    steps = select_flight_effects(series, EFFECTS, frozenset({"air_drag"}), False, np.random.default_rng(0))
+    named = fit(series.runs, with_free(steps.named.model, viscous.columns))
+    cause = term_cause(gain_of(named, viscous, steps.units), named, series, steps.units)
+    steps = replace(steps, named=named, causes=(cause,), structure=())
+    search = FlightSearch.of(series.runs, named, np.random.default_rng(0))
+    assert search.outdone(viscous.columns, is_own_form) > OUTDOES
+    law, fewer = flight_law_beyond(search, steps, series.frame, np.random.default_rng(0), 0.0)
+    assert named_terms_of(fewer) == [] and law.closed > 0.8, as_text(law.law)
+
+
+@pytest.mark.parametrize(
+    ("name", "columns"),
+    [
+        ("air_drag", ["air"]),
+        ("table_tilt", ["tilt_x", "tilt_y"]),
+        ("friction_drift", ["drift", "drift_run"]),
+    ],
+)
+def test_no_formula_says_more_of_flights_than_the_true_name(loaded, name, columns):
+    _, series = loaded(name, 1.0, 3, runs=3)
+    steps, search = named_flights(series)
+    assert [term.name for term in named_terms_of(steps)] == [name]
+    assert search.outdone(columns, is_own_form) < 0
+    assert flight_law_beyond(search, steps, series.frame, np.random.default_rng(0), 0.0) is None
