@@ -5,7 +5,7 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, NORMAL
+from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, LEFT, NORMAL
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
@@ -16,6 +16,8 @@ CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
 PEEL_RAD = 0.7  # of the disk's rim, from a peeling end's top to where it stands out three fifths as far
 PEEL_BLOWS = 8.0  # after which it has peeled off by two thirds
+SPOOL_RAD = 12.0  # turned on which a tape's loose end is wound up by three quarters: two turns
+PLANING_M_PER_S = 0.9  # speed over the floor after a blow, at which a disk that planes is as wide as on the mean
 TIPPED_S = 0.04  # in which a disk that a blow has tipped lies flat again: most of a flight
 TIPPED_M_PER_S = 0.7  # approach of a blow that tips it half as far as any could
 THROWN_RAD_PER_S = 40.0  # spin that throws a heavy tyre out half the way
@@ -220,6 +222,24 @@ def swollen(spin: float, p: PlantParameters) -> float:
     if p.swollen_m == 0.0:
         return 0.0
     return p.swollen_m * (spin**2 - SWOLLEN_RAD_PER_S**2) / (spin**2 + SWOLLEN_RAD_PER_S**2)
+
+
+@inlined
+def spooled(angle: float, p: PlantParameters) -> float:
+    """How much wider the disk's radius is (m) with a tape around it whose end is loose, and which it winds up as it
+    turns and sheds as it turns back: `spool_m` tanh((angle - `spool_rad`) / `SPOOL_RAD`), every turn counted."""
+    return 0.0 if p.spool_m == 0.0 else p.spool_m * np.tanh((angle - p.spool_rad) / SPOOL_RAD)
+
+
+@inlined
+def planed(state: Floats, p: PlantParameters) -> float:
+    """How much wider the disk's radius is (m) where a blow has left it fast, so that it rises on its film of air and
+    meets the wall with a lower edge of its bevelled rim: `planing_m` (u^2 - `PLANING_M_PER_S`^2) / (u^2 +
+    `PLANING_M_PER_S`^2), u its speed over the floor after the last blow; before any it is what it is."""
+    if p.planing_m == 0.0 or state[LEFT] == 0.0:
+        return 0.0
+    square = state[LEFT] ** 2
+    return p.planing_m * (square - PLANING_M_PER_S**2) / (square + PLANING_M_PER_S**2)
 
 
 @inlined
