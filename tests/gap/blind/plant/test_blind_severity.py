@@ -48,6 +48,7 @@ BENT = {
     "unknown_sloshing_oil": 0.35,
     "unknown_sintered_ring": 0.2,
     "unknown_shaken_powder": 0.2,
+    "unknown_running_side": 0.2,
 }
 
 
