@@ -188,7 +188,7 @@ GEOMETRY = [
     Cause(
         "unknown_wound_tape",
         "geometry",
-        changes({"spool_m": 3.4e-4}, ("spool_rad",), signed=True),
+        changes({"spool_m": 3e-4}, ("spool_rad",), signed=True),
         follows="the disk's angle, whole turns counted, in its radius",
     ),
     # A disk with a bevelled rim that a blow sets planing on its film of air.

@@ -241,7 +241,7 @@ ORDERS = {
     "unknown_running_side": ("kick", 0.057),
     "unknown_humming_ring": ("kick", 0.09),
     "unknown_preloaded_liner": ("twist", 1.8),
-    "unknown_wound_tape": ("gap", 1.5e-5),  # over one turn; a run has several
+    "unknown_wound_tape": ("gap", 2e-5),  # over one turn; a run has several
     "unknown_planing_disk": ("gap", 1.3e-4),
     "unknown_settling_loop": ("pixels", 0.5),
     "unknown_steadied_picture": ("pixels", 0.7),
