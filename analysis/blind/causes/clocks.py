@@ -30,6 +30,12 @@ def _sync_pulses(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"sync_s": draft.view["sync_s"], "every_s": draft.view["sync_every_s"]}
 
 
+def _settling_loop(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Late or early at first, in each run alike."""
+    draft.view.update(loop_s=2.6e-4 * size * spread(rng) * sign(rng), loop_hz=float(rng.uniform(2.0, 5.0)))
+    return {"loop_s": draft.view["loop_s"], "frequency_hz": draft.view["loop_hz"]}
+
+
 def _dropped_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """In four runs of ten at size 1, at a place of its own in each; in one at least."""
     count = min(max(round(0.4 * size * spread(rng) * runs), 1), runs) if size > 0.0 else 0
@@ -93,6 +99,13 @@ CLOCKS = [
         "measurement",
         _sync_pulses,
         follows="the time since the last of some even pulses, and the velocity in the picture",
+    ),
+    # A second camera whose clock is pulled in to the first one's as a run begins.
+    Cause(
+        "unknown_settling_loop",
+        "measurement",
+        _settling_loop,
+        follows="the time in the run, to and fro and dying out, and the velocity in the picture",
     ),
     # A second camera whose trigger has a worn relay, on the rig's own bench.
     Cause(

@@ -138,6 +138,14 @@ FLOOR_FRICTION = [
         changes({"ribs": 0.45}, ("ribs_rad",)),
         follows="the azimuth of the disk's place in the Host, three times around",
     ),
+    # Frost on the floor, which each flight clears from its path and which has come back after the next.
+    Cause(
+        "unknown_cleared_path",
+        "flight",
+        changes({"path": 0.6}),
+        follows="the way off the straight line between the last two blows",
+        short_blows=True,
+    ),
     # A draught that blows the dust to one side of the floor.
     Cause(
         "unknown_drifted_dust",
@@ -168,6 +176,13 @@ FLOOR_FRICTION = [
     Cause("unknown_canted_friction", "flight", changes({"canted_rad": 0.12}, signed=True)),
     # The load moves to the leading edge, as under a curling stone.
     Cause("unknown_curling", "flight", changes({"curling": 0.2}, signed=True)),
+    # A cloth whose nap leads a disk that spins aside, as it does a snooker ball.
+    Cause(
+        "unknown_nap_swerve",
+        "flight",
+        changes({"swerve": 0.4}, ("swerve_rad",), signed=True),
+        follows="the spin times the slip's share along one direction of the Host, across the slip",
+    ),
     # A bent washer stands on two points and drags them.
     Cause("unknown_warped_washer", "flight", changes({"warped": 0.3}, ("warped_rad",))),
     # A brushed floor or a felt: smooth one way, rough the other.

@@ -60,6 +60,17 @@ def _drumming_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _clogging_face(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Some times in a run, from wherever the run before has left it, which is cleaned off to the same."""
+    out = {
+        "clogged": 0.35 * size * spread(rng),
+        "clogged_m": float(rng.uniform(0.15, 0.3)),
+        "clogged_share": float(rng.random()),
+    }
+    draft.plant.update(out)
+    return out
+
+
 def _pulsing_air(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A slow compressor, whose pulses also start the recordings."""
     out = {
@@ -112,6 +123,29 @@ FLOOR_HISTORY = [
         "flight",
         changes({"aged": 1.0}),
         follows="how slowly the disk has slid over the last twenty millimetres",
+    ),
+    # Beads of wax on the floor, on which the disk rolls until it goes another way.
+    Cause(
+        "unknown_wax_beads",
+        "flight",
+        changes({"beads": 0.8}),
+        follows="the angle between the slip and its direction over the last thirty millimetres",
+    ),
+    # A disk that gathers debris as a tape's head does, until it breaks off.
+    Cause(
+        "unknown_clogging_face",
+        "flight",
+        _clogging_face,
+        follows="the way slid in the run, slowly up and at once down, many times",
+    ),
+    # A blow that tips the disk like a coin, so that it stands on its edge for a while.
+    Cause(
+        "unknown_edge_stand",
+        "flight",
+        changes({"edged": 0.8}),
+        follows="the time since the last blow, its approach speed, and for the torque the slip across its normal",
+        rivals=("nes_rocking",),
+        short_blows=True,
     ),
     # A floor plate that each blow makes drum.
     Cause(

@@ -88,6 +88,13 @@ def _doming_sheet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"doming_per_s2": most}
 
 
+def _nodal_circles(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Wherever the plate is at rest."""
+    out = {"nodal_m_per_s2": 1.0 * size * spread(rng), "nodal_m": float(rng.uniform(0.005, 0.025))}
+    draft.plant.update(out)
+    return out
+
+
 FORCES = [
     # --- a floor that is not level ---
     Cause("unknown_central", "flight", changes({"central_per_s2": 13.3})),
@@ -157,7 +164,21 @@ FORCES = [
         changes({"buckled_per_s2": 25.0}, signed=True),
         follows="the place from the Host's centre, times the Host's acceleration along the drive's axis",
     ),
+    # A floor plate whose own vibrations gather what lies on it, as a feeder's do.
+    Cause(
+        "unknown_nodal_circles",
+        "flight",
+        _nodal_circles,
+        follows="the distance from the Host's centre, once in twenty millimetres, times the square of its acceleration",
+    ),
     # --- what lies on it, and how the disk stands ---
+    # A washer on feet that hunts like a wheelset.
+    Cause(
+        "unknown_hunting_disk",
+        "flight",
+        changes({"hunting_m_per_s2": 0.7}, signed=True),
+        follows="the way slid since the last blow, to and fro, across the slip",
+    ),
     # A mat keeps the disk's print for a while, and the disk would fall back into it.
     Cause("unknown_soft_mat", "flight", changes({"mat_per_s2": 20.0})),
     # Dust that the disk sweeps together and pushes along, until a blow scatters it.

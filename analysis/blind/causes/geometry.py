@@ -184,6 +184,21 @@ GEOMETRY = [
         round_only=True,
         short_blows=True,
     ),
+    # Tape around the rim whose end is loose, and which the disk winds up and sheds as it turns.
+    Cause(
+        "unknown_wound_tape",
+        "geometry",
+        changes({"spool_m": 3e-4}, ("spool_rad",), signed=True),
+        follows="the disk's angle, whole turns counted, in its radius",
+    ),
+    # A disk with a bevelled rim that a blow sets planing on its film of air.
+    Cause(
+        "unknown_planing_disk",
+        "geometry",
+        changes({"planing_m": 2.7e-4}),
+        follows="the disk's speed over the Host's floor after the last blow, in its radius",
+        short_blows=True,
+    ),
     # A disk that a blow tips, and that strikes with another edge until it lies flat.
     Cause(
         "unknown_tipped_disk",

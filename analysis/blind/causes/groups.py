@@ -340,4 +340,23 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_ticking_timer",
         "unknown_card_play",
     ),
+    # what the experimenters of neighbouring fields would swear by, written with the plant known
+    "borrowed": (
+        "unknown_nap_swerve",
+        "unknown_wax_beads",
+        "unknown_cleared_path",
+        "unknown_clogging_face",
+        "unknown_edge_stand",
+        "unknown_nodal_circles",
+        "unknown_hunting_disk",
+        "unknown_meshing_sides",
+        "unknown_running_side",
+        "unknown_humming_ring",
+        "unknown_preloaded_liner",
+        "unknown_wound_tape",
+        "unknown_planing_disk",
+        "unknown_settling_loop",
+        "unknown_steadied_picture",
+        "unknown_interlaced_rows",
+    ),
 }

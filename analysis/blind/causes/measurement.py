@@ -280,6 +280,13 @@ MEASUREMENT = [
         seen("cold_zoom", 3.3e-3),
         follows="the place in one camera's picture, and the number of the run",
     ),
+    # A camera that steadies its picture by what moves in it.
+    Cause(
+        "unknown_steadied_picture",
+        "measurement",
+        seen("followed", 0.0046),
+        follows="the disk's place in the picture, the same all over one camera's picture",
+    ),
     # --- the picture ---
     # A lens that was focused anew after its calibration.
     Cause(
@@ -296,6 +303,13 @@ MEASUREMENT = [
         follows="the square of the place in one camera's picture",
     ),
     Cause("unknown_rolling_shutter", "measurement", seen("shutter_s", 6e-4)),
+    # Frames of every other row, the even and the odd in turn.
+    Cause(
+        "unknown_interlaced_rows",
+        "measurement",
+        seen("interlaced_px", 0.7),
+        follows="whether a frame's number is even, the same all over both pictures",
+    ),
     # A camera that writes a full buffer's frame again where it misses one.
     Cause("unknown_stuttering_camera", "measurement", seen("stutter_share", 0.05)),
     # A film scaled to another height than its calibration.

@@ -110,6 +110,13 @@ RESTITUTION = [
         changes({"shifted": 0.12}),
         follows="the place on the disk's rim that is struck against the last one",
     ),
+    # A ring and a washer that both run out, and mesh like two wheels.
+    Cause(
+        "unknown_meshing_sides",
+        "impact",
+        changes({"meshed": 0.17}, ("meshed_wall_rad", "meshed_rim_rad")),
+        follows="the azimuth of the blow times the place on the disk's rim that is struck, once around either",
+    ),
     # --- by how the blow comes ---
     Cause("unknown_spin_restitution", "impact", changes({"spin_restitution_s": 0.0012})),
     Cause("unknown_slip_restitution", "impact", changes({"slip_restitution_s_per_m": 0.15})),

@@ -73,6 +73,18 @@ def _pivoted_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _humming_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """At 200 to 320 Hz along any line; the motor that hums also starts the recordings."""
+    out = {
+        "hum_m_per_s": 0.11 * size * spread(rng),
+        "hum_rad_per_s": 2.0 * np.pi * float(rng.uniform(200.0, 320.0)),
+        "hum_phase_rad": float(rng.uniform(0.0, 2.0 * np.pi)),
+        "hum_rad": float(rng.uniform(0.0, np.pi)),
+    }
+    draft.plant.update(out)
+    return out
+
+
 WALL_FRICTION = [
     # --- friction of the wall ---
     Cause(
@@ -192,6 +204,13 @@ WALL_FRICTION = [
         changes({"shaken": 0.85}),
         follows="the size of the Host's acceleration, where the disk slips",
     ),
+    # A cushion that takes running side otherwise than check side.
+    Cause(
+        "unknown_running_side",
+        "impact",
+        changes({"side": 0.7}),
+        follows="the spin times the speed along the wall, where the disk slips",
+    ),
     # --- how much of the slip comes back ---
     Cause("unknown_toothed_wall", "impact", changes({"teeth_m_per_s": 0.2}, signed=True)),
     # Hard blows plough: less of the slip comes back.
@@ -234,6 +253,13 @@ WALL_FRICTION = [
         "impact",
         changes({"shear_set": 0.9}),
         follows="the sense of the slip against that of the last blow's, where the disk sticks",
+    ),
+    # Dampers behind a liner, pressed onto it by their inertia as those below a blade's platform are.
+    Cause(
+        "unknown_preloaded_liner",
+        "impact",
+        changes({"preload": 1.2}),
+        follows="the Host's acceleration along the contact's normal, where the disk sticks",
     ),
     # A gel that takes its time to come back from the last blow's shear.
     Cause(
@@ -286,6 +312,13 @@ WALL_FRICTION = [
         _swinging_ring,
         follows="the Host's velocity along one direction",
         round_only=True,
+    ),
+    # A ring that hums with a bearing of its shaker.
+    Cause(
+        "unknown_humming_ring",
+        "impact",
+        _humming_ring,
+        follows="the time in the run, at a high frequency, and the blow's direction from one line",
     ),
     # A rim filed by hand, to blunt corners.
     Cause(

@@ -69,6 +69,7 @@ class PlantParameters(NamedTuple):
     drying_s: float = 0.5  # ... which dries within this
     ribs: float = 0.0  # floor friction more and less three times around, by this share at the wall ...
     ribs_rad: float = 0.0  # ... more here
+    path: float = 0.0  # share of the floor friction lost on the line that the flight before has left
     powder: float = 0.0  # floor friction more by this share at the wall after many blows of a run
     beneath: float = 0.0  # floor friction more by this share 20 mm to one side of the room along x, less to the other
     pulsing: float = 0.0  # floor friction more and less by this share in the course of the run ...
@@ -91,6 +92,8 @@ class PlantParameters(NamedTuple):
     anisotropy_phase_rad: float = 0.0
     canted_rad: float = 0.0  # the floor's friction is turned by this much from the slip
     curling: float = 0.0  # friction across the slip of a disk that spins as fast as it slides, in units of mu N
+    swerve: float = 0.0  # the same in slips towards one direction, and to the other side in those back ...
+    swerve_rad: float = 0.0  # ... this one
     warped: float = 0.0  # floor friction more along one line of the disk, less across it
     warped_rad: float = 0.0
     rings: float = 0.0  # floor friction more by this share along the radius, less across it
@@ -123,6 +126,11 @@ class PlantParameters(NamedTuple):
     cleaned: float = 0.0  # of each run: floor friction more by this share
     turned: float = 0.0  # of each run: floor friction more by this share
     debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
+    beads: float = 0.0  # floor friction more by this share in slips back, against those of the way just slid
+    clogged: float = 0.0  # floor friction that rises by twice this share along the way slid, and falls at once ...
+    clogged_m: float = 0.2  # ... after each such way ...
+    clogged_share: float = 0.0  # ... of which this share has passed as the run begins
+    edged: float = 0.0  # share of the weight that stands on the struck edge just after a hard blow
     drum: float = 0.0  # share of the load that a floor which drums takes and gives just after a blow ...
     drum_rad_per_s: float = 350.0  # ... at this rate
     # ... by the Host's motion
@@ -175,6 +183,9 @@ class PlantParameters(NamedTuple):
     guide_rad: float = 0.0  # ... in this direction
     buckled_per_s2: float = 0.0  # a floor that buckles pushes the disk outwards by this times its place, at 8 g along x
     # what lies on it, and how the disk stands
+    nodal_m_per_s2: float = 0.0  # a floor's waves drive the disk to circles by this, at 8 g of the Host ...
+    nodal_m: float = 0.012  # ... one of which has this radius
+    hunting_m_per_s2: float = 0.0  # a disk that hunts is pushed across its slip by this, to and fro along its way
     mat_per_s2: float = 0.0  # the floor pulls back to where the disk stood before
     bow_m_per_s2: float = 0.0  # the dust that a disk pushes along holds it back by at most this
     wobble_per_s: float = 0.0  # a wobbling disk is pushed by this times the last blow's approach at first ...
@@ -292,6 +303,11 @@ class PlantParameters(NamedTuple):
     lap_rad: float = 0.0
     peeling_m: float = 0.0  # the disk's rim stands out by this in a spot after many blows of a run
     peeling_rad: float = 0.0
+    spool_m: float = (
+        0.0  # the disk's radius is more by this after many turns counterclockwise, less after many back ...
+    )
+    spool_rad: float = 0.0  # ... from this angle on
+    planing_m: float = 0.0  # the disk's radius is more by this where a blow has left it fast, less by it where slow
     tipped_m: float = 0.0  # the disk's radius is less by at most this just after a hard blow
     thrown_m: float = 0.0  # from the disk's middle to that of its rim at a fast spin
     thrown_rad: float = 0.0
@@ -363,6 +379,9 @@ class PlantParameters(NamedTuple):
     hardened: float = 0.0  # restitution more and less once around the disk's rim
     hardened_rad: float = 0.0
     shifted: float = 0.0  # restitution won where the rim was struck the last time, lost at its other side
+    meshed: float = 0.0  # restitution won where one place of the disk's rim meets one of the wall ...
+    meshed_wall_rad: float = 0.0  # ... this one ...
+    meshed_rim_rad: float = 0.0  # ... and this one of the rim
     # ... by how the blow comes
     spin_restitution_s: float = 0.0  # restitution lost per rad/s of spin
     slip_restitution_s_per_m: float = 0.0  # restitution lost per slip
@@ -403,6 +422,10 @@ class PlantParameters(NamedTuple):
     marks: float = 12.0  # ... of so many around the wall ...
     marks_phase_rad: float = 0.0  # ... of this phase
     saw_rad: float = 0.0  # blows of the wall are turned by this much from its normal
+    hum_m_per_s: float = 0.0  # the wall hums along one line, this fast ...
+    hum_rad_per_s: float = 1600.0  # ... at this rate ...
+    hum_phase_rad: float = 0.0  # ... of this phase as the run begins ...
+    hum_rad: float = 0.0  # ... along this direction
     cornered_m: float = 0.0  # a blow passes the disk's middle by at most this ...
     corners: float = 6.0  # ... to either side, so many times around its rim
     cornered_rad: float = 0.0
@@ -433,6 +456,7 @@ class PlantParameters(NamedTuple):
     hertz: float = 0.0  # wall friction less in hard blows and more in light ones, with the third root of the speed
     skimmed: float = 0.0  # share of the wall friction lost in blows that only graze
     flash: float = 0.0  # share of the wall friction lost where approach times slip is large
+    side: float = 0.0  # wall friction more where the spin adds to the way along the wall, less where it takes from it
     flung_oil: float = 0.0  # share of the wall friction that a disk which spins fast loses
     combed: float = 0.0  # wall friction less where the slip has the last one's sense, more where it has the other
     polish: float = 0.0  # share of the wall friction lost in the course of a run
@@ -460,6 +484,7 @@ class PlantParameters(NamedTuple):
     gel: float = 0.0  # share of the tangential restitution lost just after the blow before
     shear_set: float = 0.0  # tangential restitution more by this share in slips of the last one's sense, less back
     cured: float = 0.0  # of each run: tangential restitution more by this share
+    preload: float = 0.0  # tangential restitution more by this share of a wall accelerated away, less opposite, at 8 g
     lay: float = 0.0  # tangential restitution more by this share in slips of one sense, less in the other
     teeth_m_per_s: float = 0.0  # slip at which the wall leaves a sticking disk alone
     # what a blow does to the spin besides, and to the disk on the floor

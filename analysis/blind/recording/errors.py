@@ -25,6 +25,8 @@ class ViewErrors:
     sync_s: float = 0.0  # the second camera gains this between two pulses that set it right ...
     sync_every_s: float = 0.3  # ... which are this far apart ...
     sync_late_s: float = 0.0  # ... and of which one comes here
+    loop_s: float = 0.0  # the second camera is late by this as a run begins, then early, and so on, less and less ...
+    loop_hz: float = 3.0  # ... to and fro so many times a second
     dropped_from: tuple[float, ...] = ()  # of each run: from this share on the second camera's frames are one early
     exposure_s: float = (
         0.0  # the second camera is late by this where the disk lies at the wall on one side, early opposite ...
@@ -84,6 +86,7 @@ class ViewErrors:
     bumped_rad: float = 0.0  # the first camera is turned about its axis by this much ...
     bumped_from: int = 0  # ... from this run on
     cold_zoom: float = 0.0  # the first camera's picture is too large by this share in the first run, less later
+    followed: float = 0.0  # the first camera's picture goes after the disk by this share of its way from the middle
     zoom_swing: float = 0.0  # the first camera's picture grows and shrinks by this share about its centre ...
     zoom_swing_hz: float = 0.0  # ... so many times a second
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
@@ -94,6 +97,7 @@ class ViewErrors:
     window_px: tuple[float, float] = (0.0, 0.0)  # the window was this far from where it is said to be ...
     window_camera: int = 0  # ... in this camera
     stretched: float = 0.0  # both cameras' pictures are this much too tall, about their centres
+    interlaced_px: float = 0.0  # both cameras' pictures lie this far off along v, to and fro from frame to frame
     shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
     stutter_share: float = 0.0  # of the first camera's frames show the one before once more
     refocused_px: float = 0.0  # the first camera's picture is too far out by this 300 px from its middle, with the cube

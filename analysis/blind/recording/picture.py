@@ -7,7 +7,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats
 from analysis.blind.plant.host import HOST_M_PER_S2, host_pose
 from analysis.blind.recording.errors import ViewErrors
-from analysis.blind.recording.views import WINDOW_PX, View
+from analysis.blind.recording.views import DISK, WINDOW_PX, View
 
 SHAKE_DECAY_S = 0.04  # of a tripod on the bench: gone before the next impact but one
 BLOCK_PX = 8.0  # side of the blocks that a film is coded in
@@ -108,7 +108,7 @@ def by_the_first_camera(
         pixels = twisted(pixels, shaking.twist_rad, view)
     if shaking.tripod_px is not None:
         pixels = pixels + shaking.tripod_px[:, None]
-    pixels = decentred(refocused(pixels, view, errors), view, errors)
+    pixels = followed(decentred(refocused(pixels, view, errors), view, errors), view, errors)
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
     pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
     swing = shaking.zoom + errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
@@ -138,6 +138,14 @@ def decentred(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
     )
     square = np.sum(away**2, axis=-1, keepdims=True)
     return pixels + errors.knocked_px * (square * along + 2.0 * (away @ along)[..., None] * away)
+
+
+def followed(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a camera that steadies its picture and takes the disk for a hand that shakes: the
+    whole picture goes after it, by the share `followed` of the way from its middle to that of the disk's markers."""
+    if errors.followed == 0.0:
+        return pixels
+    return pixels - errors.followed * (pixels[:, DISK].mean(axis=1, keepdims=True) - view.centre_px)
 
 
 def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors, shaking: Shaking = STEADY) -> np.ndarray:
@@ -172,9 +180,12 @@ def hazed(pixels: Floats, time_s: Floats, index: int, view: View, errors: ViewEr
 
 
 def read_out(pixels: np.ndarray, view: View, frame_rate_hz: float, errors: ViewErrors) -> np.ndarray:
-    """Pixels (frames, markers, 2) of a picture that is too tall, or whose rows are read one after the other."""
+    """Pixels (frames, markers, 2) of a picture that is too tall, whose rows are read one after the other, or whose
+    frames have the even rows and the odd ones in turn."""
     if errors.stretched != 0.0:
         pixels[..., 1] += errors.stretched * (pixels[..., 1] - view.centre_px[1])
+    if errors.interlaced_px != 0.0:
+        pixels[..., 1] += errors.interlaced_px * (1.0 - 2.0 * (np.arange(len(pixels)) % 2))[:, None]
     if errors.shutter_s > 0.0:
         late_s = errors.shutter_s * (pixels[..., 1:] - view.window_offset_px[1]) / WINDOW_PX[1]
         pixels = pixels + np.gradient(pixels, axis=0) * frame_rate_hz * late_s

@@ -5,13 +5,13 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined, making_arrays
 from analysis.blind.plant.flight.air import add_air, drag_rate
 from analysis.blind.plant.flight.fields import add_fields
-from analysis.blind.plant.flight.floor_friction import add_age, add_charge, add_oil, floor_friction
+from analysis.blind.plant.flight.floor_friction import add_age, add_beads, add_charge, add_oil, floor_friction
 from analysis.blind.plant.flight.floor_load import floor_load
 from analysis.blind.plant.flight.instant import Instant, instant_of
 from analysis.blind.plant.flight.slopes import add_slopes
 from analysis.blind.plant.flight.torques import add_torques
 from analysis.blind.plant.flight.traction import ring_torque, traction
-from analysis.blind.plant.flight.under_the_disk import add_dust, add_films, add_mat, add_wobble
+from analysis.blind.plant.flight.under_the_disk import add_dust, add_films, add_hunting, add_mat, add_wobble
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, LAG_X, LAG_Y, SPIN, STATES, VX, VY, WAY, X, Y
 
@@ -46,6 +46,7 @@ def rate_into(time: float, state: Floats, p: PlantParameters, host: Floats, tabl
     add_dust(at, p, out)
     add_wobble(at, p, out)
     add_films(at, p, out)
+    add_hunting(at, p, out)
 
 
 @inlined
@@ -61,4 +62,5 @@ def _floor(at: Instant, p: PlantParameters, table: Floats, out: Floats) -> tuple
     add_oil(at, p, out)
     add_charge(at, p, out)
     add_age(at, p, out)
+    add_beads(at, p, out)
     return force_x, force_y, turn

@@ -11,11 +11,17 @@ from analysis.blind.plant.state import (
     AGED,
     ANGLE,
     APPROACH,
+    BEAD_X,
+    BEAD_Y,
     CHARGE,
     COUNT,
+    HERE_X,
+    HERE_Y,
     IMPACT_S,
     OILED,
     SPIN,
+    THERE_X,
+    THERE_Y,
     VX,
     VY,
     WAY,
@@ -26,6 +32,7 @@ TRACK_M = 0.007  # half the width of a polished track, in which the disk's 20 mm
 LANE_M = 0.01  # half the width of a polished lane: the disk's own
 WORN_M = 0.015  # from the Host's centre to where its floor is worn three fifths as much
 POWDER_BLOWS = 10.0  # after which two thirds of the powder that blows shed in a run lie at the wall
+PATH_M = 0.01  # half the width of the path that a flight clears: the disk's own
 RIM_EDGE = 0.03  # of the contact radius, within which a dusty rim begins
 BEAD_AT_M = 0.02  # from the Host's centre to a bead of oil that goes round it
 BEAD_M = 0.01  # from a bead's middle to where it wets half as well: it is as wide as the disk
@@ -43,6 +50,7 @@ CLING_S = 0.08  # in which it leaks off: one or two flights
 DEBRIS_M = 0.03  # way on which most of what a blow has knocked loose is left behind
 AGE_S = 0.05  # in which contacts of a disk at rest would gain most of their strength: a flight
 AGE_M = 0.02  # way on which they are broken and made anew
+BEADS_M = 0.03  # way on which beads turn to the disk's new direction: half of a flight
 STRONGER_M_PER_S, CREEP_M_PER_S = 0.7, 0.05  # speed at which friction is what it is; below which it falls no more
 
 
@@ -77,6 +85,7 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     the floor: over each it loses `screws` of its friction, falling off like a bell of `SCREW_M`.
     A draught has blown the dust to one side, evenly from one wall to the other: `dusty`.
     A wet spot dries: `_where_it_dries`; ribs hold the floor from below: `_over_ribs`.
+    The disk clears its way of frost, which comes back: `_on_the_path`.
     """
     share, radius = 1.0, np.sqrt(at.x * at.x + at.y * at.y)
     if p.patch_amplitude != 0.0:
@@ -104,6 +113,8 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 + (p.worn + p.wearing) * np.exp(-0.5 * (at.x**2 + at.y**2) / WORN_M**2), 0.0)
     if p.powder != 0.0:
         share *= _in_powder(at, p)
+    if p.path != 0.0 and at.state[COUNT] > 1.5:  # there was a flight between two impacts
+        share *= _on_the_path(at, p)
     if p.screws != 0.0:
         share *= _over_screws(at, p)
     if p.drying != 0.0:
@@ -119,6 +130,18 @@ def _in_powder(at: Instant, p: PlantParameters) -> float:
     `POWDER_BLOWS`)), r the way from the Host's centre."""
     near = (at.x * at.x + at.y * at.y) ** 2 / p.contact_radius_m**4
     return 1.0 + p.powder * near * (1.0 - np.exp(-at.state[COUNT] / POWDER_BLOWS))
+
+
+@inlined
+def _on_the_path(at: Instant, p: PlantParameters) -> float:
+    """What frost that the flight before has cleared away leaves of the friction: 1 - `path` on the straight line
+    between its two impacts, falling off to either side like a bell of `PATH_M`."""
+    from_x, from_y = at.state[THERE_X], at.state[THERE_Y]
+    along_x, along_y = at.state[HERE_X] - from_x, at.state[HERE_Y] - from_y
+    passed = (at.x - from_x) * along_x + (at.y - from_y) * along_y
+    passed = min(max(passed / (along_x**2 + along_y**2 + 1e-300), 0.0), 1.0)
+    off_x, off_y = at.x - from_x - passed * along_x, at.y - from_y - passed * along_y
+    return max(1.0 - p.path * np.exp(-0.5 * (off_x**2 + off_y**2) / PATH_M**2), 0.0)
 
 
 @inlined
@@ -244,6 +267,10 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     A blow knocks dust off the wall, which lies under the disk until it has left it behind: 1 + `debris_s_per_m` times
     the blow's approach exp(-s / `DEBRIS_M`), s the way slid since.
     The floor is cleaned with alcohol before one of the runs, and rubs more from then on: 1 + `cleaned`, the run's own.
+    Beads of wax roll along with the disk until it goes another way: 1 + `beads` (1 - the share of the way just slid
+    that had the slip's direction (`add_beads`)) / 2.
+    Debris gathers under the disk and breaks off each time it has gone `clogged_m`: 1 + `clogged` (2 q - 1), q the
+    share of that way since then.
     The washer is put in by hand before each run, its ground face down or its rolled one: 1 + `turned`, the run's own.
     The compressor below an air table pulsates: 1 + `pulsing` sin(`pulsing_rad_per_s` t + `pulsing_rad`), t the time in
     the run.
@@ -259,6 +286,13 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     if p.debris_s_per_m != 0.0 and state[COUNT] > 0.5:
         slid = max(state[WAY] - state[WAY_BEFORE], 0.0)
         share *= 1.0 + p.debris_s_per_m * state[APPROACH] * np.exp(-slid / DEBRIS_M)
+    if p.beads != 0.0:
+        along = at.slip_x * state[BEAD_X] + at.slip_y * state[BEAD_Y]
+        along /= np.sqrt(at.slip_x**2 + at.slip_y**2) + p.smoothing_m_per_s
+        share *= 1.0 + p.beads * 0.5 * (1.0 - along)
+    if p.clogged != 0.0:
+        gone = state[WAY] / p.clogged_m + p.clogged_share
+        share *= max(1.0 + p.clogged * (2.0 * (gone - np.floor(gone)) - 1.0), 0.0)
     share *= 1.0 + p.cleaned
     share *= 1.0 + p.turned
     return share * (1.0 + p.clinging * state[CHARGE]) * (1.0 + p.aged * state[AGED])
@@ -324,3 +358,12 @@ def add_age(at: Instant, p: PlantParameters, out: Floats) -> None:
     if p.aged != 0.0:
         speed = np.sqrt(at.slip_x**2 + at.slip_y**2)
         out[AGED] = (1.0 - at.state[AGED]) / AGE_S - speed * at.state[AGED] / AGE_M
+
+
+@inlined
+def add_beads(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """The mean direction of the slip over the way just slid: beads of wax turn to the disk's own along `BEADS_M`."""
+    if p.beads != 0.0:
+        speed = np.sqrt(at.slip_x**2 + at.slip_y**2)
+        out[BEAD_X] = (at.slip_x - speed * at.state[BEAD_X]) / BEADS_M
+        out[BEAD_Y] = (at.slip_y - speed * at.state[BEAD_Y]) / BEADS_M

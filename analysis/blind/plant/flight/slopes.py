@@ -11,6 +11,8 @@ from analysis.blind.plant.state import VX, VY
 
 PLATES_M = 0.005  # from the joint of two plates, within which the disk climbs from one to the other: half its radius
 KINK_M = 0.006  # from a kink's line, within which the disk leans from one half of the sheet to the other
+NODES_M = 0.02  # from one nodal circle of a floor to the next
+NODES_EDGE_M = 0.003  # from the Host's centre, within which circles around it have no direction
 RIDGE_M = 0.004  # from a ridge's line to where it is steepest
 GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the whole way
 
@@ -94,6 +96,7 @@ def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
     Its carriage has play in its guide: it leans to one side on the way there and to the other on the way back, and the
     floor with it, by `lean_m_per_s2` tanh(the Host's speed along x / `GUIDE_M_PER_S`).
     Its guide is bent, and the floor leans with its place on it, by `guide_per_s2` times its way along x.
+    A floor plate that the drive sets vibrating has nodal circles: `_add_nodes`.
     A thin floor sheet, held at one end, buckles up as the Host is accelerated along x and sags as it is accelerated
     back: the disk slides down to all sides, or to the middle, by `buckled_per_s2` (x, y) (acceleration /
     `HOST_M_PER_S2`).
@@ -104,10 +107,26 @@ def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
         _add_along(p.lean_m_per_s2 * np.tanh(at.host_velocity[0] / GUIDE_M_PER_S), p.lean_rad, out)
     if p.guide_per_s2 != 0.0:
         _add_along(p.guide_per_s2 * at.host_position[0], p.guide_rad, out)
+    if p.nodal_m_per_s2 != 0.0:
+        _add_nodes(at, p, out)
     if p.buckled_per_s2 != 0.0:
         push = p.buckled_per_s2 * at.host_acceleration[0] / HOST_M_PER_S2
         out[VX] += push * at.x
         out[VY] += push * at.y
+
+
+@inlined
+def _add_nodes(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A floor plate that vibrates in circles, as Chladni's do, drives the disk to where it is at rest.
+
+    Along the radius r by -`nodal_m_per_s2` (the Host's acceleration / `HOST_M_PER_S2`)^2 sin(2 pi (r - `nodal_m`) /
+    `NODES_M`), less and less within `NODES_EDGE_M` of the Host's centre.
+    """
+    acceleration, radius = at.host_acceleration, np.sqrt(at.x * at.x + at.y * at.y)
+    shaken = (acceleration[0] ** 2 + acceleration[1] ** 2) / HOST_M_PER_S2**2
+    push = -p.nodal_m_per_s2 * shaken * np.sin(2.0 * np.pi * (radius - p.nodal_m) / NODES_M)
+    out[VX] += push * at.x / (radius + NODES_EDGE_M)
+    out[VY] += push * at.y / (radius + NODES_EDGE_M)
 
 
 @inlined

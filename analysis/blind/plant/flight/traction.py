@@ -7,9 +7,11 @@ from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.floor_friction import dusty
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE
+from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, NORMAL
 
 RIM_POINTS = 24  # around a burr: the friction of their mean is within 1 % of a circle's
+EDGED_M_PER_S = 0.5  # approach of a blow that tips a disk half as far as any could onto its edge
+EDGED_S = 0.04  # in which it lies flat again: most of a flight
 GRAIN_AT_M = 0.007  # from the disk's middle, of its 10 mm
 MIDDLE_M = 0.002  # from the Host's centre, within which marks around it have no direction
 
@@ -18,10 +20,14 @@ Traction = tuple[float, float, float]
 
 @inlined
 def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
-    """Of a disk that may stand on its inner part, on a burr or on a grain, with what turns the force or weighs it by
-    its direction."""
+    """Of a disk that may stand on its inner part, on a burr, on a grain or on its edge, with what turns the force or
+    weighs it by its direction.
+
+    A cloth's nap leads a disk that spins aside, to one side as it goes along the nap and to the other as it comes back:
+    across the slip, by `swerve` cos(the slip's direction - `swerve_rad`) in place of `curling`.
+    """
     flat = floor_traction(at.slip_x, at.slip_y, at.turning, p, table)
-    force_x, force_y, turn = _on_a_grain(_on_a_burr(flat, at, p), at, p)
+    force_x, force_y, turn = _on_its_edge(_on_a_grain(_on_a_burr(flat, at, p), at, p), at, p)
     if p.anisotropy != 0.0:  # along one direction of the room
         force_x, force_y = _weighed(force_x, force_y, p.anisotropy_phase_rad, p.anisotropy)
     if p.canted_rad != 0.0:
@@ -30,6 +36,11 @@ def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
     if p.curling != 0.0:
         rim = p.disk_radius_m * at.turning
         share = 2.0 * p.curling * rim / (at.slip_x**2 + at.slip_y**2 + rim**2 + p.smoothing_m_per_s**2)
+        force_x, force_y = force_x - share * at.slip_y, force_y + share * at.slip_x
+    if p.swerve != 0.0:
+        rim, speed = p.disk_radius_m * at.turning, np.sqrt(at.slip_x**2 + at.slip_y**2) + p.smoothing_m_per_s
+        along = (at.slip_x * np.cos(p.swerve_rad) + at.slip_y * np.sin(p.swerve_rad)) / speed
+        share = 2.0 * p.swerve * along * rim / (speed**2 + rim**2)
         force_x, force_y = force_x - share * at.slip_y, force_y + share * at.slip_x
     if p.warped != 0.0:  # along one line of the disk
         force_x, force_y = _weighed(force_x, force_y, at.state[ANGLE] + p.warped_rad, p.warped)
@@ -81,15 +92,38 @@ def _on_a_grain(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
         return flat
     angle = at.state[ANGLE] + p.grain_rad
     arm_x, arm_y = GRAIN_AT_M * np.cos(angle), GRAIN_AT_M * np.sin(angle)
+    return _with_a_point(flat, arm_x, arm_y, p.grain, at, p)
+
+
+@inlined
+def _on_its_edge(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
+    """Of a disk that a blow tips like a coin onto the edge that was struck, until it lies flat again.
+
+    There stands of its weight `edged` v / (v + `EDGED_M_PER_S`) exp(-since / `EDGED_S`), v the last blow's approach, on
+    one point of the rim towards the blow's normal.
+    """
+    late = at.time - at.state[IMPACT_S]
+    if p.edged == 0.0 or at.state[COUNT] < 0.5 or late < 0.0:
+        return flat
+    hard = at.state[APPROACH] / (at.state[APPROACH] + EDGED_M_PER_S)
+    arm_x, arm_y = p.disk_radius_m * np.cos(at.state[NORMAL]), p.disk_radius_m * np.sin(at.state[NORMAL])
+    return _with_a_point(flat, arm_x, arm_y, min(p.edged * hard * np.exp(-late / EDGED_S), 1.0), at, p)
+
+
+@inlined
+def _with_a_point(
+    flat: Traction, arm_x: float, arm_y: float, share: float, at: Instant, p: PlantParameters
+) -> Traction:
+    """Of a disk that stands with a share of its weight on one point, an arm (m) from its middle."""
     ux, uy = at.slip_x - at.turning * arm_y, at.slip_y + at.turning * arm_x
     speed = np.sqrt(ux * ux + uy * uy) + 1e-300
     held = np.tanh(speed / p.smoothing_m_per_s) / speed
     ux, uy = held * ux, held * uy
-    rest = 1.0 - p.grain
+    rest = 1.0 - share
     return (
-        rest * flat[0] + p.grain * ux,
-        rest * flat[1] + p.grain * uy,
-        rest * flat[2] + p.grain * (arm_x * uy - arm_y * ux) / p.disk_radius_m,
+        rest * flat[0] + share * ux,
+        rest * flat[1] + share * uy,
+        rest * flat[2] + share * (arm_x * uy - arm_y * ux) / p.disk_radius_m,
     )
 
 

@@ -1,4 +1,5 @@
-"""Forces of what lies under the disk, and of how it stands there: a mat, dust, a wobble, films of oil and air."""
+"""Forces of what lies under the disk, and of how it stands there: a mat, dust, a wobble, films of oil and air, feet
+that hunt."""
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from analysis.blind.plant.state import (
 MAT_S = 0.04  # in which a soft floor forgets where the disk stood: most of a flight
 BOW_M = 0.02  # way on which most of the dust that a disk can push has gathered before it
 WOBBLE_S = 0.04  # in which a wobble dies out: most of a flight
+HUNT_M = 0.045  # way on which a disk hunts once to and fro: most of a flight
 THIN_S = 0.04  # in which a film of air has thinned after a blow by two thirds: most of a flight
 
 
@@ -86,3 +88,15 @@ def _shear(rate_per_s: float, at: Instant, p: PlantParameters, out: Floats) -> N
     out[VY] += push_y
     turn = at.arm_x * push_y - at.arm_y * push_x - 0.5 * rate_per_s * p.disk_radius_m**2 * at.turning
     out[SPIN] += turn / (p.inertia_factor * p.disk_radius_m**2)
+
+
+@inlined
+def add_hunting(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A washer on feet hunts like a wheelset on rails, by the way and not by the time: it is pushed to the left of its
+    slip over the floor by `hunting_m_per_s2` sin(2 pi s / `HUNT_M`), s the way slid since the last blow."""
+    if p.hunting_m_per_s2 != 0.0:
+        speed = np.sqrt(at.slip_x**2 + at.slip_y**2) + p.smoothing_m_per_s
+        slid = max(at.state[WAY] - at.state[WAY_BEFORE], 0.0)
+        push = p.hunting_m_per_s2 * np.sin(2.0 * np.pi * slid / HUNT_M) / speed
+        out[VX] -= push * at.slip_y
+        out[VY] += push * at.slip_x

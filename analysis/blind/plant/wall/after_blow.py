@@ -8,6 +8,8 @@ from analysis.blind.plant.state import (
     APPROACH,
     AZIMUTH,
     HARDEST,
+    HERE_X,
+    HERE_Y,
     NOD_VX,
     NOD_VY,
     NOD_X,
@@ -17,6 +19,8 @@ from analysis.blind.plant.state import (
     SLIPPED,
     SPIN,
     STRUCK,
+    THERE_X,
+    THERE_Y,
     TIRED,
     VX,
     VY,
@@ -76,6 +80,8 @@ def remember(
         new[APPROACH], new[TIRED] = blow.approach, tiredness(blow.time, state) + blow.approach**2
         new[SLEEVE] = blow.sleeve - (p.sleeve * push_t if blow.outer else 0.0)
         new[SLIPPED], new[STRUCK] = blow.slip_host, blow.rim_rad
+        new[THERE_X], new[THERE_Y] = state[HERE_X], state[HERE_Y]
+        new[HERE_X], new[HERE_Y] = blow.middle_x, blow.middle_y
         remember_swing(new, state, blow.time, p)
         if p.nodding != 0.0:
             new[NOD_VX] -= push_n * blow.nx - push_t * blow.ny

@@ -8,7 +8,7 @@ from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.host import Four, pose_of
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, IMPACT_S, SPIN, X, Y
-from analysis.blind.plant.wall.motion import sleeve_speed, swinging_speed
+from analysis.blind.plant.wall.motion import humming, sleeve_speed, swinging_speed
 
 PILED_M_PER_S = 0.4  # slip from which on a soft lining is piled up the whole way
 CORNER_M_PER_S = 0.2  # approach from which on a rim strikes with one corner: a slower one leans on two
@@ -28,6 +28,8 @@ class Blow(NamedTuple):
     normal_rad: float  # its direction
     azimuth: float  # of the contact, seen from the Host's centre (rad)
     rim_rad: float  # the struck place, in the disk
+    middle_x: float  # of the centre of mass, from the Host's centre (m)
+    middle_y: float
     arm_x: float  # of the contact from the centre of mass (m)
     arm_y: float
     lever_n: float  # torque of a unit impulse along the normal, and along the tangent (m)
@@ -60,10 +62,11 @@ def blow_of(
     azimuth, outer = np.arctan2(from_y, from_x), from_x * nx + from_y * ny > 0.0
     sleeve = sleeve_speed(time, state, p)
     surface = (sleeve + swinging_speed(velocity, p)) * bounce if outer else 0.0
+    away_n, away_t = humming(time, approach, normal_rad, p) if outer and bounce > 0.0 else (0.0, 0.0)
     return Blow(
         time,
-        approach - beside * (state[SPIN] - velocity[2]),
-        slip - surface,
+        approach - beside * (state[SPIN] - velocity[2]) - away_n,
+        slip - surface - away_t,
         slip,
         sleeve,
         outer,
@@ -72,6 +75,8 @@ def blow_of(
         normal_rad,
         azimuth,
         azimuth - state[ANGLE],
+        state[X] - position[0],
+        state[Y] - position[1],
         arm_x,
         arm_y,
         arm_x * ny - arm_y * nx,

@@ -5,7 +5,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, compiled, copy_into, making_arrays
 from analysis.blind.plant.host import jerk_of, pose_of
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, COUNT, IMPACT_S, SPIN, VX, VY, X, Y
+from analysis.blind.plant.state import ANGLE, COUNT, IMPACT_S, LEFT, SPIN, VX, VY, X, Y
 from analysis.blind.plant.wall.after_blow import press_down, remember, remember_swing, spin_after
 from analysis.blind.plant.wall.blow import blow_of, leaning, piled
 from analysis.blind.plant.wall.impulses import impulses
@@ -13,11 +13,13 @@ from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall
 from analysis.blind.plant.wall.shape import (
     flat_gap,
     peeled,
+    planed,
     pressed,
     reach,
     relaxed,
     rim_middle,
     rim_reach,
+    spooled,
     swollen,
     tipped,
     widening,
@@ -54,7 +56,7 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (far - radius) / size, nx / size, ny / size
     gap += leaked(time, state, p)
-    wider = swollen(state[SPIN], p) - tipped(time, state, p)
+    wider = swollen(state[SPIN], p) - tipped(time, state, p) + spooled(state[ANGLE], p) + planed(state, p)
     gap -= wider
     if p.obstacle_m > 0.0 and radius - p.obstacle_m - wider < gap:
         return radius - p.obstacle_m - wider, -x / radius, -y / radius
@@ -140,8 +142,10 @@ def strike(
         new[IMPACT_S] = time
     if p.peeling_m != 0.0 and bounce > 0.0:
         new[COUNT] += 1.0
+    if p.planing_m != 0.0 and bounce > 0.0:
+        new[LEFT] = np.sqrt((new[VX] - blow.host_velocity[0]) ** 2 + (new[VY] - blow.host_velocity[1]) ** 2)
     # Where it may be at its new spin, as it now lies, with the tape as this blow has left it.
-    if p.swollen_m != 0.0 or p.tipped_m != 0.0 or p.thrown_m != 0.0 or p.peeling_m != 0.0:
+    if p.swollen_m != 0.0 or p.tipped_m != 0.0 or p.thrown_m != 0.0 or p.peeling_m != 0.0 or p.planing_m != 0.0:
         gap, nx, ny = wall_gap(time, new, p, host)
         _put_back(new, gap, nx, ny)
     return blow.approach, blow.slip_host

@@ -85,6 +85,8 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     `OIL_RAD_PER_S`^2), w the spin as the blow begins.
     Oil lies in the corner of floor and wall, and stays back as the Host is accelerated: 1 + `sloshing` (the
     acceleration along the normal / `HOST_M_PER_S2`), less where it piles up and more opposite.
+    A cushion holds a disk more that comes with check side, its rim going round with its way along the wall, and less
+    one with running side: 1 + `side` 2 t w / (t^2 + w^2), t the speed of its middle along the wall, w that of its rim.
     Powder on the wall is shaken up as the Host is accelerated, whichever way, and carries the disk like a fluid: 1 -
     `shaken` (the size of the Host's acceleration / `HOST_M_PER_S2`).
     """
@@ -104,6 +106,11 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.sloshing != 0.0:
         along = blow.host_acceleration[0] * blow.nx + blow.host_acceleration[1] * blow.ny
         share *= max(1.0 + p.sloshing * along / HOST_M_PER_S2, LEAST_FRICTION)
+    if p.side != 0.0:
+        rim = p.disk_radius_m * (state[SPIN] - blow.host_velocity[2])
+        along = blow.slip_host - rim
+        together = 2.0 * along * rim / (along**2 + rim**2 + 1e-300)
+        share *= max(1.0 + p.side * together, LEAST_FRICTION)
     if p.shaken != 0.0:
         size = np.sqrt(blow.host_acceleration[0] ** 2 + blow.host_acceleration[1] ** 2) / HOST_M_PER_S2
         share *= max(1.0 - p.shaken * size, LEAST_FRICTION)
@@ -167,6 +174,9 @@ def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> flo
     but for what would give back more than `MOST_RETURN`.
     The glue of a liner still cures in the course of the series: 1 + `cured`, the run's own, but for what would give
     back more than `MOST_RETURN`.
+    Dampers lie loose behind a liner.  Their own inertia presses them onto it as the Host is accelerated towards them,
+    which stiffens it, and lifts them off as it is accelerated back: 1 + `preload` (the acceleration along the normal /
+    `HOST_M_PER_S2`), but for what would give back more than `MOST_RETURN`.
     A wall whose fibres all lie round one way is stiff against them and gives along them: 1 + `lay` tanh(slip /
     `LAY_M_PER_S`), but for what would give back more than `MOST_RETURN`.
     """
@@ -185,6 +195,10 @@ def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> flo
     if p.shear_set != 0.0:
         alike = np.tanh(blow.slip / SHEAR_M_PER_S) * np.tanh(state[SLIPPED] / SHEAR_M_PER_S)
         share = 1.0 + p.shear_set * alike
+        value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
+    if p.preload != 0.0:
+        along = blow.host_acceleration[0] * blow.nx + blow.host_acceleration[1] * blow.ny
+        share = 1.0 + p.preload * along / HOST_M_PER_S2
         value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
     if p.gel != 0.0:
         value *= max(1.0 - p.gel * np.exp(-max(blow.since_s, 0.0) / GEL_S), 0.0)

@@ -88,11 +88,16 @@ def _by_the_rim(value: float, blow: Blow, state: Floats, p: PlantParameters) -> 
     A washer that was quenched from one side is harder there than opposite: `hardened` cos(rim - `hardened_rad`).
     A loose rubber band around the rim is pushed to the other side of it by each blow: where it was struck the last time
     it is bare and hard, opposite the band lies double: `shifted` cos(rim - the last one).
+    Wall and washer each have a high side, which mesh like two wheels: `meshed` cos(azimuth - `meshed_wall_rad`)
+    cos(rim - `meshed_rim_rad`).
     """
     value -= p.nick * _bell(blow.rim_rad - p.nick_rad, NICK_RAD)
     value = _raised(value, p.sheet * np.cos(2.0 * (blow.rim_rad - p.sheet_rad)))
     if p.hardened != 0.0:
         value = _raised(value, p.hardened * np.cos(blow.rim_rad - p.hardened_rad))
+    if p.meshed != 0.0:
+        of_the_wall, of_the_rim = np.cos(blow.azimuth - p.meshed_wall_rad), np.cos(blow.rim_rad - p.meshed_rim_rad)
+        value = _raised(value, p.meshed * of_the_wall * of_the_rim)
     if p.shifted != 0.0 and state[COUNT] > 0.5:  # there was an impact before
         value = _raised(value, p.shifted * np.cos(blow.rim_rad - state[STRUCK]))
     return value

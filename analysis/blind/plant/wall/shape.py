@@ -5,7 +5,7 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, NORMAL
+from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, LEFT, NORMAL, SPIN
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
@@ -16,6 +16,8 @@ CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
 PEEL_RAD = 0.7  # of the disk's rim, from a peeling end's top to where it stands out three fifths as far
 PEEL_BLOWS = 8.0  # after which it has peeled off by two thirds
+SPOOL_RAD = 25.0  # turned on which a tape's loose end is wound up by three quarters: four turns
+PLANING_M_PER_S = 0.9  # speed over the floor after a blow, at which a disk that planes is as wide as on the mean
 TIPPED_S = 0.04  # in which a disk that a blow has tipped lies flat again: most of a flight
 TIPPED_M_PER_S = 0.7  # approach of a blow that tips it half as far as any could
 THROWN_RAD_PER_S = 40.0  # spin that throws a heavy tyre out half the way
@@ -223,6 +225,24 @@ def swollen(spin: float, p: PlantParameters) -> float:
 
 
 @inlined
+def spooled(angle: float, p: PlantParameters) -> float:
+    """How much wider the disk's radius is (m) with a tape around it whose end is loose, and which it winds up as it
+    turns and sheds as it turns back: `spool_m` tanh((angle - `spool_rad`) / `SPOOL_RAD`), every turn counted."""
+    return 0.0 if p.spool_m == 0.0 else p.spool_m * np.tanh((angle - p.spool_rad) / SPOOL_RAD)
+
+
+@inlined
+def planed(state: Floats, p: PlantParameters) -> float:
+    """How much wider the disk's radius is (m) where a blow has left it fast, so that it rises on its film of air and
+    meets the wall with a lower edge of its bevelled rim: `planing_m` (u^2 - `PLANING_M_PER_S`^2) / (u^2 +
+    `PLANING_M_PER_S`^2), u its speed over the floor after the last blow; before any it is what it is."""
+    if p.planing_m == 0.0 or state[LEFT] == 0.0:
+        return 0.0
+    square = state[LEFT] ** 2
+    return p.planing_m * (square - PLANING_M_PER_S**2) / (square + PLANING_M_PER_S**2)
+
+
+@inlined
 def tipped(time: float, state: Floats, p: PlantParameters) -> float:
     """How much less the disk's radius is (m) where a blow has tipped it, so that its edges do not stand above each
     other: `tipped_m` v^2 / (v^2 + `TIPPED_M_PER_S`^2) exp(-since / `TIPPED_S`), v the last blow's approach."""
@@ -235,5 +255,9 @@ def tipped(time: float, state: Floats, p: PlantParameters) -> float:
 
 @inlined
 def widening(time: float, state: Floats, p: PlantParameters) -> float:
-    """How fast the radius of a disk that a blow has tipped grows again (m/s)."""
-    return tipped(time, state, p) / TIPPED_S
+    """How fast the radius of a disk grows that a blow has tipped, or that winds up a tape (m/s)."""
+    rate = tipped(time, state, p) / TIPPED_S
+    if p.spool_m != 0.0:
+        left = 1.0 - (spooled(state[ANGLE], p) / p.spool_m) ** 2
+        rate += p.spool_m * left * state[SPIN] / SPOOL_RAD
+    return rate

@@ -227,6 +227,25 @@ ORDERS = {
     "unknown_heat_haze": ("pixels", 0.6),
     "unknown_ticking_timer": ("pixels", 0.3),  # the disk is faster than the Host
     "unknown_card_play": ("pixels", 0.52),
+    "unknown_nap_swerve": ("force", 0.3),
+    "unknown_wax_beads": ("friction", 0.9),
+    "unknown_cleared_path": ("friction", 0.5),
+    "unknown_clogging_face": (
+        "friction",
+        0.14,
+    ),  # of disks that have not slid yet, with as much debris as there is then
+    "unknown_edge_stand": ("friction's torque", 65.0),
+    "unknown_nodal_circles": ("force", 0.4),
+    "unknown_hunting_disk": ("force", 0.45),
+    "unknown_meshing_sides": ("kick", 0.06),
+    "unknown_running_side": ("kick", 0.057),
+    "unknown_humming_ring": ("kick", 0.09),
+    "unknown_preloaded_liner": ("twist", 1.8),
+    "unknown_wound_tape": ("gap", 2e-5),  # over one turn; a run has several
+    "unknown_planing_disk": ("gap", 1.3e-4),
+    "unknown_settling_loop": ("pixels", 0.5),
+    "unknown_steadied_picture": ("pixels", 0.7),
+    "unknown_interlaced_rows": ("pixels", 0.7),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -253,6 +272,8 @@ OWN = {
     "unknown_chatter_marks": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
     "unknown_ragged_wall": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
     "unknown_bulging_lining": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
+    "unknown_wax_beads": ("bead_x", "bead_y"),
+    "unknown_humming_ring": ("hard", "approach", "tired"),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -273,6 +294,8 @@ CAMERA = {
     "unknown_sagging_arm": "VW2",
     "unknown_exposure_control": "VW2",
     "unknown_sinking_head": "VW2",
+    "unknown_settling_loop": "VW2",
+    "unknown_steadied_picture": "VW1",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -338,5 +361,13 @@ AS_BEFORE = {
         "unknown_heat_haze",
         "restitution_drift+unknown_ticking_timer",
         "camera_clock_offset+unknown_hysteresis_drag",
+    ],
+    "borrowed": [
+        "plane_tilt+unknown_preloaded_liner",
+        "unknown_planing_disk",
+        "unknown_humming_ring",
+        "unknown_settling_loop",
+        "restitution_drift+unknown_steadied_picture",
+        "camera_clock_offset+unknown_clogging_face",
     ],
 }

@@ -33,7 +33,8 @@ STILL = np.zeros((1, 7))
 PLACE = (
     *("x", "y", "vx", "vy", "angle", "spin", "impact_s", "stretch", "way", "hard", "lx", "ly", "azimuth", "count"),
     *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core", "oiled", "slipped"),
-    *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy", "aged"),
+    *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy", "aged", "bead_x", "bead_y"),
+    *("here_x", "here_y", "there_x", "there_y", "left"),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -98,6 +99,12 @@ def random_states(at_wall=False):
     out[:, 25], out[:, 26:28] = newest.random(60), newest.normal(0.0, 0.015, (60, 2))
     out[:, 28:30] = newest.normal(0.0, 2.0, (60, 2))
     out[:, 30] = np.random.default_rng(11).random(60)
+    latest = np.random.default_rng(12)
+    turned, here, there = latest.uniform(0.0, 2.0 * np.pi, (3, 60))
+    out[:, 31:33] = 0.8 * np.column_stack([np.cos(turned), np.sin(turned)])
+    out[:, 33:35] = 0.04 * np.column_stack([np.cos(here), np.sin(here)])
+    out[:, 35:37] = 0.04 * np.column_stack([np.cos(there), np.sin(there)])
+    out[:, 37] = latest.uniform(0.3, 2.0, 60)
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -131,7 +138,7 @@ def on_its_way(drop=None):
         rng = np.random.default_rng(seed)
         motion = run_plant(p, HOST, draw_start(rng), 1.2, rng)
         known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
-        known |= {"charge": 0.0, "aged": 0.0}
+        known |= {"charge": 0.0, "aged": 0.0, "bead_x": 0.0, "bead_y": 0.0, "here_x": 0.0, "here_y": 0.0}
         for before, node in pairwise(motion.nodes):
             passed, (place, velocity, _) = node[0] - before[0], host_pose(node[0], HOST)
             slid = passed * np.hypot(node[3] - velocity[0], node[4] - velocity[1])
@@ -139,6 +146,8 @@ def on_its_way(drop=None):
             known["core"] += passed * (node[6] - known["core"]) / 0.03
             known["charge"] += (slid * (1.0 - known["charge"]) - passed * known["charge"]) / 0.08
             known["aged"] += passed * (1.0 - known["aged"]) / 0.05 - slid * known["aged"] / 0.02
+            known["bead_x"] += (passed * (node[3] - velocity[0]) - slid * known["bead_x"]) / 0.03
+            known["bead_y"] += (passed * (node[4] - velocity[1]) - slid * known["bead_y"]) / 0.03
             if drop is not None:
                 far = ((node[1] - place[0] - drop[0]) ** 2 + (node[2] - place[1] - drop[1]) ** 2) / 1e-4
                 known["oiled"] += passed * np.exp(-0.5 * far) * (1.0 - known["oiled"]) / 0.01
@@ -149,6 +158,9 @@ def on_its_way(drop=None):
                 striking.append((node[0], state))
                 kick = motion.kicks[blows]
                 _, approach, slip = motion.impacts[blows]
+                known |= {"there_x": known["here_x"], "there_y": known["here_y"]}
+                known |= {"here_x": node[1] - place[0], "here_y": node[2] - place[1]}
+                known["left"] = np.hypot(*(node[3:5] + kick - velocity[:2]))
                 known |= {"impact_s": node[0], "way_before": known["way"], "count": blows + 1}
                 normal = np.arctan2(*(node[1:3] - place[:2])[::-1])
                 known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}

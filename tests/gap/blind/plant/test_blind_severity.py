@@ -24,7 +24,7 @@ from tests.gap.blind.plant.rig import (
 
 GROUPS = (
     *("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed"),
-    *("witnessed", "foreseen"),
+    *("witnessed", "foreseen", "borrowed"),
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
@@ -33,9 +33,10 @@ BY_COUNT = "unknown_dropped_frame"  # its severity is how many runs it is in, no
 # How much of the slip comes back is seen in the spin.
 BY_THE_RIM = (
     *("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner", "unknown_sheared_gel"),
-    *("unknown_curing_glue", "unknown_shear_set"),
+    *("unknown_curing_glue", "unknown_shear_set", "unknown_preloaded_liner"),
 )
-STAGES = {"overlooked": (7, 5, 2, 2)}  # how many causes of each; of the others six, five, two and three
+# How many causes of each; of the others six, five, two and three.
+STAGES = {"overlooked": (7, 5, 2, 2), "borrowed": (7, 4, 2, 3)}
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip half is more than half; light blows soon stick, and where a wall
 # holds less more blows slip.
@@ -47,6 +48,7 @@ BENT = {
     "unknown_sloshing_oil": 0.35,
     "unknown_sintered_ring": 0.2,
     "unknown_shaken_powder": 0.2,
+    "unknown_running_side": 0.2,
 }
 
 
@@ -89,6 +91,9 @@ def _acts(name):
             "unknown_heat_haze": camera == f"VW{view.get('haze_camera', 0) + 1}",
             "unknown_ticking_timer": camera != "",
             "unknown_card_play": of_the_disk & (marker != "N1"),
+            "unknown_settling_loop": camera == "VW2",
+            "unknown_steadied_picture": camera == "VW1",
+            "unknown_interlaced_rows": camera != "",
         }[name]
 
     return chosen
