@@ -189,17 +189,23 @@ def with_contacts_of(
 def with_leaning_wall(
     ladder: Ladder, leaning: ImpactFit, rng: np.random.Generator, withheld: frozenset[str] = frozenset()
 ) -> Ladder:
-    """The ladder whose impacts are at a wall whose normal a law of its shape turns (``leaning``): what is normal of
-    them and what tangential passes for restitution and friction otherwise."""
+    """The ladder whose impacts are at the wall that a law of its shape tells (``leaning``): what is normal of them and
+    what tangential passes for restitution and friction otherwise, and a rim that is uneven for a mass centre."""
     impacts = beside_wall_law(ladder.impacts, leaning, stated_effects(ladder.series), withheld, rng)
-    known, before = withheld.union(stated_effects(ladder.series)), {id(c) for c in ladder.impacts.causes}
+    offsets = centre_offsets(ladder.series, ladder.flights.fitted, leaning)
+    named = {c.effect for c in ladder.centres if is_effect(c)}
+    # A law beside which a centre would be off that was none before says so of itself, not of the centre.
+    centres = [c for c in offsets if is_effect(c) and c.effect in named]
+    known = withheld.union(stated_effects(ladder.series))
+    before = {id(c) for c in (*ladder.impacts.causes, *ladder.centres)}
     causes = [c for c in ladder.causes if id(c) not in before]
-    causes += [c for c in impacts.causes if c.effect not in known]
+    causes += [c for c in (*impacts.causes, *centres) if c.effect not in known]
     structure = [s for s in ladder.structure if s.stage != "impact"]
     structure += [s for s in impacts.structure if s.stage == "impact"]
     return replace(
         ladder,
         impacts=impacts,
+        centres=tuple(offsets),
         causes=tuple(sorted(causes, key=lambda c: -c.strength)),
         structure=tuple(sorted(structure, key=lambda s: -s.strength)),
     )

@@ -123,23 +123,24 @@ def told_wall_law(
 
 
 def leaning_wall(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> ImpactFit:
-    """The same impacts where the wall's normal leans as a ``law`` of its shape has it: by -r'/r, as of any wall that is
-    nearly round."""
+    """The same impacts at the wall that a ``law`` of its shape tells, whose normal leans by -r'/r, as of any wall that
+    is nearly round."""
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     at = impacts.data.index
     on_cylinder = impacts.wall.wall.on_cylinder(impacts.wall.impacts.surface[at])
-    reach_m = []
-    for turn in (-LEAN_STEP_RAD, LEAN_STEP_RAD):
+    reaches = []
+    for turn in (-LEAN_STEP_RAD, 0.0, LEAN_STEP_RAD):
         moved, c, s = known.copy(), np.cos(turn), np.sin(turn)
         x, y = known[:, W.HX], known[:, W.HY]
         moved[:, W.HX], moved[:, W.HY] = c * x - s * y, s * x + c * y
         values = of_target("contact_radius", law.rig_law, moved, on_cylinder)
         assert values is not None, "a law of the wall's shape"
-        reach_m.append(values)
-    rise = (reach_m[1] - reach_m[0]) / (2 * LEAN_STEP_RAD)
-    lean_rad = np.zeros(len(impacts.junctions))
+        reaches.append(values)
+    rise = (reaches[2] - reaches[0]) / (2 * LEAN_STEP_RAD)
+    reach_m, lean_rad = np.zeros(len(impacts.junctions)), np.zeros(len(impacts.junctions))
+    reach_m[at] = reaches[1]
     lean_rad[at] = np.where(on_cylinder, 0.0, -rise / known[:, W.CONTACT_RADIUS])
-    return with_leaning_wall(impacts, fits, np.clip(lean_rad, -MOST_LEAN_RAD, MOST_LEAN_RAD))
+    return with_leaning_wall(impacts, fits, reach_m, np.clip(lean_rad, -MOST_LEAN_RAD, MOST_LEAN_RAD))
 
 
 def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits]) -> tuple[str, ...]:

@@ -142,17 +142,21 @@ def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> Impac
     return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s, lasting)
 
 
-def with_leaning_wall(impacts: ImpactFit, fits: Sequence[FlightFits], lean_rad: Array) -> ImpactFit:
-    """The same impacts at a wall whose normal a law of its shape turns by ``lean_rad`` (J,) at each junction: what is
-    normal and what is tangential of their velocities, and the nominal law."""
-    junctions = replace(impacts.junctions, lean_rad=lean_rad)
-    wall = replace(impacts.wall, impacts=measure(junctions, impacts.wall.wall))
-    run = fits[0].run
+def with_leaning_wall(impacts: ImpactFit, fits: Sequence[FlightFits], reach_m: Array, lean_rad: Array) -> ImpactFit:
+    """The same impacts at a wall that a law of its shape moves outwards by ``reach_m`` (J,) and turns by ``lean_rad``
+    (J,) at each junction: the wall and the disk's own centre beside the law, what is normal and what is tangential of
+    the velocities, and the nominal law."""
+    junctions, run = replace(impacts.junctions, lean_rad=lean_rad), fits[0].run
+    first = measure(junctions, impacts.wall.wall)
+    finite = [np.maximum(first.of("normal_before"), 0)] if np.isfinite(impacts.contact_slope_sd_s) else []
+    beside = np.column_stack([reach_m, *finite])
+    wall = fit_wall(junctions, impacts.wall.wall, impacts.wall.terms, wall_prior(run.wall), beside)
     data = without_laws(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor), junctions, fits)
     data = _from_start(data, impacts.start_s)
     law = fit_law(data) if len(data) >= FEWEST_FOR_LAW else NO_LAW
-    lasting = lasting_law(data, law) if np.isfinite(impacts.contact_slope_sd_s) else None
-    return replace(impacts, junctions=junctions, wall=wall, data=data, law=law, lasting=lasting)
+    return replace(
+        impacts, junctions=junctions, wall=wall, data=data, law=law, lasting=lasting_law(data, law) if finite else None
+    )
 
 
 def _from_start(data: LawData, start_s: Array) -> LawData:
