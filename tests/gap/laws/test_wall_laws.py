@@ -136,6 +136,22 @@ def test_a_wall_leans_as_its_law_has_it(loaded):
         assert np.std(own - true) < 0.2 * np.std(round_ - true), name
 
 
+def test_an_uneven_rim_is_no_mass_centre_beside_its_law(loaded):
+    """A tape's end that peels off the rim, more with each blow, lies to one side of the disk, as a centre that is off
+    does; beside the law the disk's centre is where it was."""
+    true, series = loaded("unknown_peeling_tape", 1.0, 6, runs=4)
+    fits = first_flights(series, EFFECTS).fits
+    plain = fit_impacts(fits)
+    end = Factor("body_angle", "gaussian", 1.0, 0.7, true["peeling_rad"])
+    grown = Factor("blows", "exponential", 1.0, 8.0)
+    size_m = true["peeling_m"]
+    law = WrittenLaw((Term("contact_radius", -size_m, (end,)), Term("contact_radius", size_m, (end, grown))))
+    beside = leaning_wall(SimpleNamespace(rig_law=law), plain, fits)
+    before_m, after_m = (float(np.hypot(*one.wall.wall.disk_m)) for one in (plain, beside))
+    assert before_m > 4e-5 and after_m < 0.25 * before_m
+    assert beside.wall.scatter_m < 0.5 * plain.wall.scatter_m
+
+
 def test_a_ring_that_blows_leave_oval_leaves_nothing_at_the_impacts(loaded):
     """With normals of a round ring its impacts showed a restitution that falls with the speed, and a share of the spin
     that is lost."""
