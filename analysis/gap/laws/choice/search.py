@@ -39,6 +39,9 @@ DRAWS, LEVEL, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.0
 MORE_PARTS, LEAST_MORE, LEAST_MORE_GAIN = 3, 0.05, 25.0
 # A further part must explain this share of what the law explains, and so must a number inside a form.
 LEAST_SHARE = 0.02
+# Forms are told apart by what the best of them leaves, not by all that there is to explain; no less than this share of
+# that, as no form is the true one to every digit.
+LEAST_LEFT = 0.1
 # Forms whose numbers are searched before one is chosen, those with this share of the best one's gain.
 SHORTLIST, NEAR = 4, 0.7
 # Forms that are multiplied by one quantity more: the first of the shortlist.
@@ -84,8 +87,10 @@ def find_law(
             first_p = p
         if p > least_p or gains[best] < LEAST_SHARE * gained:
             break
-        shortlist = _shortlist(held, columns, candidates, gains, scale)
-        shortlist = _with_products(held, columns, shortlist, multipliers, scale)
+        beside = scale * _left(held, columns, candidates[best])
+        nearer = (gains + listed.looked) * scale / beside - listed.looked
+        shortlist = _shortlist(held, columns, candidates, nearer, beside)
+        shortlist = _with_products(held, columns, shortlist, multipliers, beside)
         part, own = shortlist[0]
         if own <= 0:
             break
@@ -93,7 +98,7 @@ def find_law(
             break
         if not parts:
             gained = float(gains[best])
-            rivals = _rivals(held, columns, candidates, gains, shortlist, scale)
+            rivals = _rivals(held, columns, candidates, nearer, shortlist, beside)
         parts.append(part)
         parts = _replaced(problem, columns, parts, listed)
     if not parts:
@@ -128,6 +133,19 @@ def _with_more(held: Regression, columns: Columns, listed: Listed, best: int, ga
             break
         chosen.append(first)
     return chosen[1:]
+
+
+def _left(problem: Regression, columns: Columns, best: Candidate) -> float:
+    """Share of the square of the rows that the ``best`` candidate acts on which it leaves, once the nuisances are
+    taken out, of what was there without it, between :data:`LEAST_LEFT` and 1."""
+    table = columns(best.terms)
+    acts = np.any(table != 0.0, 1)
+    beside = problem.with_columns(table)
+    before, after = (
+        (one.residual - one.nuisances @ one.fitted(one.nuisances, one.prior))[acts] for one in (problem, beside)
+    )
+    share = float(after @ after) / max(float(before @ before), 1e-300)
+    return min(max(share, LEAST_LEFT), 1.0)
 
 
 def _simplest(candidates: Sequence[Candidate], gains: Array) -> int:
