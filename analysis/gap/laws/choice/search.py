@@ -37,7 +37,7 @@ DRAWS, LEVEL, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.0
 # What the best candidate leaves is searched for further parts, this many at the most, before it counts as noise; each
 # must gain this share of what the best does, and so much: more than chance's best does in most problems.
 MORE_PARTS, LEAST_MORE, LEAST_MORE_GAIN = 3, 0.05, 25.0
-# A further part must explain this share of what the law explains, and so must a number inside a form.
+# A further part must explain this share of what the law explains, and so must each number of a form after its first.
 LEAST_SHARE = 0.02
 # Forms are told apart by what the best of them leaves, not by all that there is to explain; no less than this share of
 # that, as no form is the true one to every digit.
@@ -159,7 +159,7 @@ def _shortlist(
     """The :data:`SHORTLIST` of forms, the numbers inside each searched, with their gains on held-out runs, best first:
     a form that starts far from its numbers is not yet behind.
 
-    A number inside must earn its price, and a share of what is explained: near enough, it bends any form."""
+    Each further number must earn its price, and a share of what is explained: near enough, it bends any form."""
     price = PER_UNKNOWN * np.array([one.unknowns for one in candidates])
     first: dict[str, int] = {}
     for i in np.argsort(price - gains):
@@ -200,7 +200,7 @@ def _with_products(
 
 
 def _worth(candidate: Candidate, gain: float) -> float:
-    return gain * (1 - LEAST_SHARE * len(candidate.numbers)) - PER_UNKNOWN * candidate.unknowns
+    return gain * (1 - LEAST_SHARE * (candidate.unknowns - 1)) - PER_UNKNOWN * candidate.unknowns
 
 
 def _rivals(
