@@ -65,7 +65,7 @@ def laws_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Host
     for i in range(min(W.MOST_BLOWS, len(known) - 1)):
         known[i + 1 :, W.BLOW_TIMES + i] = known[: -i - 1, W.TIME]
         known[i + 1 :, W.BLOW_SPEEDS + i] = known[: -i - 1, W.APPROACH]
-        known[i + 1 :, W.BLOW_WAYS + i] = pushed[: -i - 1]
+        known[i + 1 :, W.BLOW_WAYS + i] = known[i + 1 :, W.BLOW_SIDES + i] = pushed[: -i - 1]
     known[:, W.BLOWS], known[:, W.AT_CYLINDER] = np.arange(len(known)), at_cylinder
     rate = host_motion.at(time_s, 1)
     known[:, W.WALL_SPEED] = np.cos(normal) * rate[:, 0] + np.sin(normal) * rate[:, 1]

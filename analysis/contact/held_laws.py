@@ -67,9 +67,10 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     before = [impact_before(*one) for one in flights]
     last = [W.LAST_X, W.LAST_Y, W.LAST_APPROACH, W.LAST_ANGLE, W.LAST_SLIP]
     known[:, last] = np.reshape([contact_before(*one)[: len(last)] for one in flights], (-1, len(last)))
-    blows = np.reshape([blows_before(*one) for one in flights], (-1, 3, W.MOST_BLOWS))
+    blows = np.reshape([blows_before(*one) for one in flights], (-1, 4, W.MOST_BLOWS))
     known[:, W.BLOW_TIMES : W.BLOW_SPEEDS] = blows[:, 0] - starts[data.run, None]
-    known[:, W.BLOW_SPEEDS : W.BLOW_WAYS], known[:, W.BLOW_WAYS : W.BLOWS] = blows[:, 1], blows[:, 2]
+    known[:, W.BLOW_SPEEDS : W.BLOW_WAYS] = blows[:, 1]
+    known[:, W.BLOW_WAYS : W.BLOW_SIDES], known[:, W.BLOW_SIDES : W.BLOWS] = blows[:, 2], blows[:, 3]
     known[:, W.BLOWS] = [number_of_blows(own, k) for _, own, k in flights]
     for r, fit in enumerate(fits):
         own = data.run == r

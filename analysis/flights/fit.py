@@ -99,7 +99,7 @@ def with_contacts_before(parameters: Array, run: RunData, flights: Sequence[Flig
     """``parameters`` of flight ``k``, which know the contact before it, and the blows before that."""
     own = parameters.copy()
     own[CONTACT_BEFORE] = contact_before(run, flights, k)[: len(CONTACT_BEFORE)]
-    own[BLOW_TIMES : BLOW_TIMES + 3 * MOST_BLOWS] = blows_before(run, flights, k).ravel()
+    own[BLOW_TIMES : BLOW_TIMES + 4 * MOST_BLOWS] = blows_before(run, flights, k).ravel()
     own[BLOWS] = number_of_blows(flights, k)
     return own
 

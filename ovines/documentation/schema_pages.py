@@ -94,6 +94,7 @@ def law_page() -> str:
         "turning": "zero (rad), rate (rad/s)",
         "fading": "fading time (s) in `y`",
         "swinging": "rate (rad/s) in `x`, fading time (s) in `y`",
+        "spreading": "fading time (s; 0: never) in `x`, width (rad) in `y`",
         "camera": "number of the camera, from 0",
         "camera_axis": "number of the camera, from 0; direction in its picture, from u to v (rad)",
         "camera_angle": "number of the camera, from 0; direction in its picture, from u to v (rad)",

@@ -55,14 +55,17 @@ def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> Contact:
 
 
 def blows_before(run: RunData, flights: Sequence[Flight], k: int) -> Array:
-    """Times (s), normal speeds (m/s) and directions (rad) of the impacts before flight ``k`` (3, MOST_BLOWS), the
-    latest first, as far back as flights meet; zeros further back."""
-    out, k = np.zeros((3, MOST_BLOWS)), first_piece(flights, k)
+    """Times (s), normal speeds (m/s), and directions (rad) in the room and seen from the disk, of the impacts before
+    flight ``k`` (4, MOST_BLOWS), the latest first, of those with a flight on either side; zeros further back."""
+    out, k = np.zeros((4, MOST_BLOWS)), first_piece(flights, k)
     for i in range(MOST_BLOWS):
-        if k == 0 or not flights[k - 1].joined:
+        while k > 0 and not flights[k - 1].joined:
+            k = first_piece(flights, k - 1)
+        if k == 0:
             break
         contact = contact_before(run, flights, k)
-        out[:, i] = impact_before(run, flights, k), contact.approach_m_per_s, contact.push_rad
+        side_rad = contact.push_rad - contact.angle_rad
+        out[:, i] = impact_before(run, flights, k), contact.approach_m_per_s, contact.push_rad, side_rad
         k = first_piece(flights, k - 1)
     return out
 

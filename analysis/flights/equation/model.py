@@ -133,7 +133,7 @@ def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None
     known[W.LAST_SLIP] = p[P.SLIP_BEFORE]
     for i in range(W.MOST_BLOWS):
         known[W.BLOW_TIMES + i], known[W.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i] - rig.start_s, p[P.BLOW_SPEEDS + i]
-        known[W.BLOW_WAYS + i] = p[P.BLOW_WAYS + i]
+        known[W.BLOW_WAYS + i], known[W.BLOW_SIDES + i] = p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i]
     known[W.BLOWS] = p[P.BLOWS]
     known[W.HOST_AX], known[W.HOST_AY] = host_acceleration_at(t, rig.host)
     known[W.APPROACH], known[W.SLIP], known[W.FX], known[W.FY], known[W.FT] = 0.0, 0.0, 0.0, 0.0, 0.0

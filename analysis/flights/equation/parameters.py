@@ -19,6 +19,7 @@ GIVEN: dict[str, tuple[str, str]] = {
     **{f"blow_{i + 1}_s": ("s", "time of an impact before, the latest first") for i in range(words.MOST_BLOWS)},
     **{f"blow_{i + 1}": ("m/s", "normal speed before that impact") for i in range(words.MOST_BLOWS)},
     **{f"blow_{i + 1}_rad": ("rad", "direction in which it pushed the Host") for i in range(words.MOST_BLOWS)},
+    **{f"blow_{i + 1}_side_rad": ("rad", "the same seen from the disk") for i in range(words.MOST_BLOWS)},
     "blows": ("1", "number of impacts of the run before"),
 }
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
@@ -119,4 +120,5 @@ APPROACH_BEFORE = INDEX["approach_before"]
 ANGLE_BEFORE_RAD, SLIP_BEFORE = INDEX["angle_before_rad"], INDEX["slip_before"]
 CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE, ANGLE_BEFORE_RAD, SLIP_BEFORE]
 BLOW_TIMES, BLOW_SPEEDS, BLOW_WAYS = INDEX["blow_1_s"], INDEX["blow_1"], INDEX["blow_1_rad"]
+BLOW_SIDES = INDEX["blow_1_side_rad"]
 BLOWS = INDEX["blows"]

@@ -25,12 +25,12 @@ from ovines.core.laws.terms import Term, WrittenLaw, rows_of
 from ovines.robust import MEDIAN_TO_SD, residual_sd
 
 Array = NDArray[np.float64]
-# Gross errors count as so many sds.
-CLIP_SD = 5.0
+# Gross errors count as so many sds; and so many rows of one kind say by themselves what is usual among them.
+GROSS_SD, FEWEST_OF_A_KIND = 5.0, 8
 # Model error of an impulse beside its own (share of it): rounding of sharp series, not physics.
 LEAST_SHARE = 0.01
 # What says where along the wall a contact is.
-ALONG_WALL = ("azimuth", "turning_azimuth", "contact_turn", "swing", "ovalling")
+ALONG_WALL = ("azimuth", "turning_azimuth", "contact_turn", "swing", "ovalling", "blows_here")
 TANGENTIAL = ("wall_friction", "tangential_restitution")
 
 
@@ -104,11 +104,21 @@ def law_regression(
         "spin_added": np.concatenate([none, turned / tangential_sd, turned * q / angular_sd]),
     }
     nuisances[:, -2], nuisances[:, -1] = answers["wall_friction"], answers["tangential_restitution"]
-    return ImpactRegression(
-        _clipped(residual, nuisances, np.tile(np.arange(count), 3), np.tile(data.run, 3)),
-        known,
-        answers,
-    )
+    residual, nuisances = np.nan_to_num(residual), np.nan_to_num(nuisances)
+    kind = np.repeat([0, 1, 3], count)
+    kind[count : 2 * count] += slides == 0.0
+    # Gross against what impacts of a kind usually leave, not against noise alone: a missing law is no gross error, nor
+    # is one of the wall's friction where few impacts slide.
+    usual = [np.abs(residual[kind == k]) for k in range(4)]
+    together = [usual[0], *[np.concatenate(usual[1:3])] * 2, usual[3]]
+    usual = [one if len(one) >= FEWEST_OF_A_KIND else all_ for one, all_ in zip(usual, together, strict=True)]
+    limits = [GROSS_SD * max(1.0, MEDIAN_TO_SD * float(np.median(one))) if len(one) else GROSS_SD for one in usual]
+    weight = _weights(residual, kind, np.array(limits))
+    problem = Regression(
+        weight * residual, weight[:, None] * nuisances, np.zeros(nuisances.shape[1]), np.tile(np.arange(count), 3),
+        np.tile(data.run, 3).astype(np.int64),
+    )  # fmt: skip
+    return ImpactRegression(problem, known, {name: weight * answer for name, answer in answers.items()})
 
 
 def distance_regression(
@@ -132,12 +142,12 @@ def distance_regression(
     scatter_m = np.sqrt(max(residual_sd(left_m) ** 2 - float(np.median(noise_m)) ** 2, DISTANCE_FLOOR_M**2))
     sd = np.hypot(noise_m, scatter_m)
     # Gross is what a law that is known to act leaves, not what it explains.
-    residual = explained_m / sd + np.clip(left_m / sd, -CLIP_SD, CLIP_SD)
-    nuisances = shapes / sd[:, None]
+    weight = _weights(left_m / sd, np.zeros(len(at)), np.full(1, GROSS_SD))
     problem = Regression(
-        residual, nuisances, np.zeros(nuisances.shape[1]), np.arange(len(at)), impacts.data.run.astype(np.int64)
-    )
-    return ImpactRegression(problem, known, {"contact_radius": 1 / sd}, on_cylinder)
+        weight * residual_m / sd, shapes * (weight / sd)[:, None], np.zeros(shapes.shape[1]), np.arange(len(at)),
+        impacts.data.run.astype(np.int64),
+    )  # fmt: skip
+    return ImpactRegression(problem, known, {"contact_radius": weight / sd}, on_cylinder)
 
 
 def of_target(
@@ -180,9 +190,7 @@ def _tangential(data: LawData, impacts: ImpactFit) -> tuple[Array, Array, Array,
     return data.tangential_impulse - predicted, sd, slides, stuck
 
 
-def _clipped(residual: Array, nuisances: Array, block: NDArray[np.int64], run: NDArray[np.int64]) -> Regression:
-    # Gross against what the impacts usually leave, not against noise alone: a missing law is no gross error.
-    parts = np.split(np.nan_to_num(residual), max(len(block) // max(len(np.unique(block)), 1), 1))
-    limits = [CLIP_SD * max(1.0, MEDIAN_TO_SD * float(np.median(np.abs(one)))) for one in parts if len(one)]
-    residual = np.concatenate([np.clip(one, -top, top) for one, top in zip(parts, limits, strict=False)])
-    return Regression(residual, np.nan_to_num(nuisances), np.zeros(nuisances.shape[1]), block, run.astype(np.int64))
+def _weights(residual: Array, kind: Array, limits: Array) -> Array:
+    """Weights (M,) by which rows count no more than the limit of their ``kind``, an index (M,).  Whole rows: a residual
+    that is cut alone makes the coefficients of what explains it too small."""
+    return np.asarray(np.minimum(1.0, limits[kind.astype(int)] / np.maximum(np.abs(residual), 1e-300)), float)

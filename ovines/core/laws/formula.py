@@ -109,6 +109,10 @@ def _wind(one: Term | Factor) -> str:
     return f"wind {math.hypot(one.x, one.y):.4g} m/s to {math.atan2(one.y, one.x):.3g} rad"
 
 
+def _spread(one: Factor) -> str:
+    return f"{one.y:.3g} rad" + (f" and {one.x:.3g} s" if one.x else "")
+
+
 def _text_quantity(one: Factor, term: Term) -> str:
     """A factor's quantity with what it has of its own."""
     unit = QUANTITIES[one.quantity].unit
@@ -126,6 +130,8 @@ def _text_quantity(one: Factor, term: Term) -> str:
         name = f"{name}(within {one.y:.4g} s)"
     elif own == "swinging":
         name = f"{name}(at {one.x:.4g} rad/s, within {one.y:.4g} s)"
+    elif own == "spreading":
+        name = f"{name}(within {_spread(one)})"
     elif own == "turning":
         name = f"(azimuth {_counted(one.x)} rad {_counted(one.y)} rad/s * time)"
     elif one.x:
@@ -287,6 +293,8 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 own = f", within {one.y:.3g} s"
             elif quantity.own == "swinging":
                 own = f", at {one.x:.3g} rad/s and within {one.y:.3g} s"
+            elif quantity.own == "spreading":
+                own = f", within {_spread(one)}"
             elif quantity.own == "turning":
                 # The formula writes it by the azimuth and the time.
                 for part in ("azimuth", "time"):

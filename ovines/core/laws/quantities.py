@@ -15,8 +15,8 @@ from ovines.core.laws import words as W
     Q_CONTACT_TURN, Q_LAST_APPROACH, Q_SPIN_LEFT, Q_SLIDING_DIRECTION, Q_ACCELERATION_ALONG, Q_ACCELERATION_OUTWARDS,
     Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
     Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER, Q_AIRSPEED,
-    Q_HOST_PLACE, Q_ALONG_ROOM,
-) = range(52)  # fmt: skip
+    Q_HOST_PLACE, Q_ALONG_ROOM, Q_ACCELERATION_AROUND, Q_BREATHING, Q_BREATHING_RATE, Q_BLOWS_HERE, Q_RIM_BLOWS_HERE,
+) = range(57)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
@@ -69,9 +69,13 @@ def of_host_or_contact(code: int, known: Floats) -> float:
         return math.atan2(known[W.UY], known[W.UX]) - known[W.ANGLE]
     if code == Q_SINCE_BY_BLOW:
         return known[W.SINCE] / max(known[W.LAST_APPROACH], SHORT)
-    if code == Q_ACCELERATION_OUTWARDS:
+    if code == Q_ACCELERATION_OUTWARDS or code == Q_ACCELERATION_AROUND:
         length = math.hypot(hx, hy)
-        return (known[W.HOST_AX] * hx + known[W.HOST_AY] * hy) / length if length > SHORT else 0.0
+        if length < SHORT:
+            return 0.0
+        if code == Q_ACCELERATION_OUTWARDS:
+            return (known[W.HOST_AX] * hx + known[W.HOST_AY] * hy) / length
+        return (known[W.HOST_AY] * hx - known[W.HOST_AX] * hy) / length
     return known[W.LAST_APPROACH]
 
 
@@ -103,7 +107,7 @@ def azimuth(code: int, rate: float, known: Floats) -> float:
 def recent_blows(fades_s: float, known: Floats) -> float:
     """Squared normal speeds of the last impacts, each as it has faded within ``fades_s`` (m^2/s^2)."""
     total = 0.0
-    for i in range(W.MOST_BLOWS):
+    for i in range(W.FADING_BLOWS):
         speed = known[W.BLOW_SPEEDS + i]
         if speed > 0.0:
             total += speed * speed * math.exp(-(known[W.TIME] - known[W.BLOW_TIMES + i]) / fades_s)
@@ -115,14 +119,33 @@ def swing(code: int, rate: float, fades_s: float, known: Floats) -> float:
     """What the last impacts set swinging at ``rate`` (rad/s), as it fades within ``fades_s``: by their normal speeds
     (m/s), and as far as it goes out to where the disk is."""
     out, total = math.atan2(known[W.HY], known[W.HX]), 0.0
-    lobes = 2.0 if code == Q_OVALLING else 1.0
-    for i in range(W.MOST_BLOWS):
+    lobes = 2.0 if code == Q_OVALLING else (1.0 if code < Q_OVALLING else 0.0)
+    for i in range(W.FADING_BLOWS):
         speed = known[W.BLOW_SPEEDS + i]
         if speed > 0.0:
             since = known[W.TIME] - known[W.BLOW_TIMES + i]
             turned = rate * since
-            wave = math.cos(turned) if code == Q_SWING_RATE else math.sin(turned)
+            wave = math.cos(turned) if code == Q_SWING_RATE or code == Q_BREATHING_RATE else math.sin(turned)
             total += speed * math.exp(-since / fades_s) * wave * math.cos(lobes * (out - known[W.BLOW_WAYS + i]))
+    return total
+
+
+@compiled
+def blows_here(code: int, fades_s: float, width: float, known: Floats) -> float:
+    """Normal speeds of the last impacts (m/s), each by how near to here it struck the wall, or the disk's rim (a
+    Gaussian of ``width``, rad), as it fades within ``fades_s`` (0: never)."""
+    here, first, total = math.atan2(known[W.HY], known[W.HX]), W.BLOW_WAYS, 0.0
+    if known[W.AT_CYLINDER] > 0.0:
+        here += math.pi
+    if code == Q_RIM_BLOWS_HERE:
+        here, first = here - known[W.ANGLE], W.BLOW_SIDES
+    for i in range(W.MOST_BLOWS):
+        speed = known[W.BLOW_SPEEDS + i]
+        if speed > 0.0:
+            turn = here - known[first + i]
+            off = math.atan2(math.sin(turn), math.cos(turn)) / width
+            ago = (known[W.TIME] - known[W.BLOW_TIMES + i]) / fades_s if fades_s > 0.0 else 0.0
+            total += speed * math.exp(-0.5 * off * off - ago)
     return total
 
 
@@ -131,6 +154,8 @@ def of_blows(code: int, x: float, y: float, known: Floats) -> float:
     """Value of a quantity that goes with the blows before."""
     if code == Q_BLOWS:
         return recent_blows(y, known) - x
+    if code == Q_BLOWS_HERE or code == Q_RIM_BLOWS_HERE:
+        return blows_here(code, x, y, known)
     if code == Q_NUMBER_OF_BLOWS:
         return known[W.BLOWS] - x
     return swing(code, x, y, known)
@@ -140,7 +165,7 @@ def of_blows(code: int, x: float, y: float, known: Floats) -> float:
 def quantity(code: int, x: float, y: float, known: Floats) -> float:
     """Value of a quantity; ``x``, ``y`` its own place, wind, or angle, or what it counts from in ``x``; of a line its
     angle, of what turns its rate, of what fades its time in ``y``; of what swings its rate and the time in which it
-    fades."""
+    fades, of what spreads that time and its width."""
     if code == Q_SPEED:
         return math.hypot(known[W.VX], known[W.VY]) - x
     if code == Q_SLIDING:
@@ -177,7 +202,7 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return along(code, x, known)
     if code == Q_SHARE or code == Q_ANGLE or code == Q_CLOCK:
         return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
-    if Q_BLOWS <= code <= Q_OVALLING:
+    if Q_BLOWS <= code <= Q_OVALLING or code >= Q_BREATHING:
         return of_blows(code, x, y, known)
     if code == Q_PLACE_ALONG_SLIDING:
         return (known[W.HX] - x) * known[W.UX] + (known[W.HY] - y) * known[W.UY]

@@ -40,8 +40,9 @@ class Factor:
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     wind of an airspeed (m/s), the angle, instant or value that q counts from in ``x``, for ``along_host`` the line's
     direction in ``y`` (rad), for ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` the time in which
-    one fades in ``y`` (s), for ``swing``, ``swing_rate`` and ``ovalling`` the rate in ``x`` (rad/s) and the time in
-    which it fades in ``y`` (s)."""
+    one fades in ``y`` (s), for ``swing``, ``swing_rate``, ``ovalling``, ``breathing`` and ``breathing_rate`` the
+    rate in ``x`` (rad/s) and the time in which it fades in ``y`` (s), for ``blows_here`` and ``rim_blows_here`` that
+    time in ``x`` (s; 0: never) and the width in ``y`` (rad)."""
 
     quantity: str
     function: str = "power"
@@ -61,8 +62,9 @@ class Factor:
         if self.function == "sawtooth":  # as often around a whole turn as its order says
             whole = self.order >= 1.0 and float(self.order).is_integer()
             fine = fine and whole and QUANTITIES[self.quantity].circular and self.scale == 1.0
-        fine = fine and (QUANTITIES[self.quantity].own not in ("fading", "swinging") or self.y > 0)
-        fine = fine and (QUANTITIES[self.quantity].own != "swinging" or self.x > 0)
+        own = QUANTITIES[self.quantity].own
+        fine = fine and (own not in ("fading", "swinging", "spreading") or self.y > 0)
+        fine = fine and (own != "swinging" or self.x > 0) and (own != "spreading" or self.x >= 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property
@@ -264,6 +266,8 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
             return x, y * units["s"]
         if own == "swinging":
             return x * units["s"], y / units["s"]
+        if own == "spreading":
+            return x / units["s"], y
         return x / size(powers_of(unit)), y / units["s"] if own == "fading" else y
 
     factors = []

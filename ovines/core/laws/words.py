@@ -28,17 +28,19 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: impacts only), angle of the disk (rad) and tangential speed of the contact point (m/s) at the contact before; from
 #: BLOW_TIMES on the times from the run's start (s) of the last impacts, the latest first, from BLOW_SPEEDS on their
 #: normal speeds (m/s; 0 where there was none), from BLOW_WAYS on the directions (rad) in which they pushed the Host,
-#: how many impacts the run has had, and whether an impact is at a cylinder in the middle (1) or at the wall (0)
+#: from BLOW_SIDES on the same seen from the disk, how many impacts the run has had, and whether an impact is at a
+#: cylinder in the middle (1) or at the wall (0)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
     CLOCK, SHARE, WALL_SPEED, PASSING, LAST_X, LAST_Y, LAST_APPROACH, HOST_AX, HOST_AY,
     SPIN_LEFT, LAST_ANGLE, LAST_SLIP, BLOW_TIMES,
 ) = range(33)  # fmt: skip
-#: so many impacts are remembered: what fades forgets earlier ones
-MOST_BLOWS = 6
+#: so many impacts are remembered, for what they leave where they struck; what fades or swings forgets all but so many
+MOST_BLOWS, FADING_BLOWS = 20, 6
 BLOW_SPEEDS = BLOW_TIMES + MOST_BLOWS
 BLOW_WAYS = BLOW_SPEEDS + MOST_BLOWS
-BLOWS = BLOW_WAYS + MOST_BLOWS
+BLOW_SIDES = BLOW_WAYS + MOST_BLOWS
+BLOWS = BLOW_SIDES + MOST_BLOWS
 AT_CYLINDER = BLOWS + 1
 KNOWN_SIZE = AT_CYLINDER + 1
 #: a time since the impact before that is long enough to be forgotten (s)
@@ -299,7 +301,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "B",
                 False,
                 "fading",
-                f"squared normal speeds of the last {MOST_BLOWS} impacts, added up as they fade with the time since",
+                f"squared normal speeds of the last {FADING_BLOWS} impacts, added up as they fade with the time since",
             ),
             ("blows", "1", "N", False, "", "number of impacts that the run has had"),
             (
@@ -308,7 +310,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "S",
                 False,
                 "swinging",
-                f"what the last {MOST_BLOWS} impacts set swinging, by their normal speeds: how far it has gone, from "
+                f"what the last {FADING_BLOWS} impacts set swinging, by their normal speeds: how far it has gone, from "
                 "rest, out to where the disk is",
             ),
             (
@@ -317,7 +319,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "S'",
                 False,
                 "swinging",
-                f"what the last {MOST_BLOWS} impacts set swinging, by their normal speeds: how fast it goes out to "
+                f"what the last {FADING_BLOWS} impacts set swinging, by their normal speeds: how fast it goes out to "
                 "where the disk is",
             ),
             (
@@ -326,7 +328,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "O",
                 False,
                 "swinging",
-                f"what the last {MOST_BLOWS} impacts make oval, by their normal speeds, as it swings back and fades: "
+                f"what the last {FADING_BLOWS} impacts make oval, by their normal speeds, as it swings back and fades: "
                 "how far it has gone out to where the disk is",
             ),
             (
@@ -348,6 +350,41 @@ QUANTITIES: dict[str, Quantity] = {
                 "place of the Host from the middle of its run's path along a direction; of measurements only",
             ),
             ("along_room", "m", r"s_0", False, "room_line", "place in the room along a direction"),
+            (
+                "host_acceleration_around",
+                "m/s^2",
+                r"a_\theta",
+                False,
+                "",
+                "acceleration of the Host about its centre, where the disk is",
+            ),
+            (
+                "breathing",
+                "m/s",
+                "P",
+                False,
+                "swinging",
+                f"what the last {FADING_BLOWS} impacts make wider all around, by their normal speeds, as it swings "
+                "back and fades: how far it has gone",
+            ),
+            ("breathing_rate", "m/s", "P'", False, "swinging", "the same: how fast it goes"),
+            (
+                "blows_here",
+                "m/s",
+                "D",
+                False,
+                "spreading",
+                f"normal speeds of the last {MOST_BLOWS} impacts, added up, each the less the farther from here along "
+                "the wall it was, and the longer ago",
+            ),
+            (
+                "rim_blows_here",
+                "m/s",
+                "D'",
+                False,
+                "spreading",
+                "the same along the rim, of impacts seen from the disk",
+            ),
         )
     )
 }
@@ -382,7 +419,10 @@ BETWEEN_THINGS = ("phase", "clock", "body_angle", "contact_turn", "heading", "sl
 #: what knows the contact before: nil without one
 OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_blow", "rim_turn", "last_slip")
 #: what adds up the impacts before: without one, nothing
-OF_BLOWS = ("recent_blows", "blows", "swing", "swing_rate", "ovalling")
+OF_BLOWS = (
+    *("recent_blows", "blows", "swing", "swing_rate", "ovalling"),
+    *("breathing", "breathing_rate", "blows_here", "rim_blows_here"),
+)
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
 OF_FRAMES = ("time", "share", "run", "phase", "clock", "host_acceleration_along")
 #: what one of a marker may follow beside: what its body is known to do

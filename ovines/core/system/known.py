@@ -33,7 +33,7 @@ def known_of(t: float, y: Floats, at: Floats, scratch: Floats, p: Floats, k: Int
     known[W.LAST_ANGLE], known[W.LAST_SLIP] = p[P.LAST_ANGLE], p[P.LAST_SLIP]
     for i in range(W.MOST_BLOWS):
         known[W.BLOW_TIMES + i], known[W.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i], p[P.BLOW_SPEEDS + i]
-        known[W.BLOW_WAYS + i] = p[P.BLOW_WAYS + i]
+        known[W.BLOW_WAYS + i], known[W.BLOW_SIDES + i] = p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i]
     known[W.BLOWS] = p[P.BLOWS]
     if k[P.HOST_KIND] == P.DRIVEN:
         known[W.HOST_AX], known[W.HOST_AY] = scratch[6], scratch[7]
@@ -58,9 +58,10 @@ def remember_contact(t: float, at: Floats, angle: float, speeds: tuple[float, fl
     p[P.LAST_X], p[P.LAST_Y], p[P.LAST_ANGLE] = at[0] - at[4], at[1] - at[5], angle
     for i in range(W.MOST_BLOWS - 1, 0, -1):
         p[P.BLOW_TIMES + i], p[P.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i - 1], p[P.BLOW_SPEEDS + i - 1]
-        p[P.BLOW_WAYS + i] = p[P.BLOW_WAYS + i - 1]
+        p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i] = p[P.BLOW_WAYS + i - 1], p[P.BLOW_SIDES + i - 1]
     p[P.BLOW_TIMES], p[P.BLOW_SPEEDS] = t, speeds[0]
     p[P.BLOW_WAYS] = math.atan2(p[P.LAST_Y], p[P.LAST_X]) + (math.pi if inwards else 0.0)
+    p[P.BLOW_SIDES] = p[P.BLOW_WAYS] - angle
     p[P.BLOWS] += 1.0
 
 

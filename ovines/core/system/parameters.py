@@ -18,10 +18,12 @@ from ovines.core.laws.words import MOST_BLOWS
     LAST_IMPACT, LAST_X, LAST_Y, LAST_APPROACH, BEGINS_WITH, DRIVE_RATE, DRIVE_PHASE, RUN_NUMBER,
     LAST_ANGLE, LAST_SLIP, BLOWS, BLOW_TIMES,
 ) = range(62)  # fmt: skip
-#: from BLOW_TIMES on times, normal speeds and directions of the last impacts, as written laws know them; then the lobes
+#: from BLOW_TIMES on times, normal speeds and directions, in the room and seen from the disk, of the last impacts, as
+#: written laws know them; then the lobes
 BLOW_SPEEDS = BLOW_TIMES + MOST_BLOWS
 BLOW_WAYS = BLOW_SPEEDS + MOST_BLOWS
-LOBE_TABLE = BLOW_WAYS + MOST_BLOWS
+BLOW_SIDES = BLOW_WAYS + MOST_BLOWS
+LOBE_TABLE = BLOW_SIDES + MOST_BLOWS
 #: from LOBE_TABLE on: amplitude (over the contact radius), order and direction (rad) of each of LOBES lobes
 MOST_LOBES = 40
 N_FLOATS = LOBE_TABLE + 3 * MOST_LOBES

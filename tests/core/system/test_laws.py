@@ -30,7 +30,8 @@ QUANTITY_CODES = (
     "SHARE ANGLE WALL_SPEED PASSING INCIDENCE SLIDING_ALONG RADIAL CIRCLING HOST_SPEED HOST_ACCELERATION "
     "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
     "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING RIM_TURN LAST_SLIP BLOWS "
-    "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER AIRSPEED HOST_PLACE ALONG_ROOM"
+    "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER AIRSPEED HOST_PLACE ALONG_ROOM "
+    "ACCELERATION_AROUND BREATHING BREATHING_RATE BLOWS_HERE RIM_BLOWS_HERE"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -285,10 +286,10 @@ def test_recent_blows_are_added_up_as_they_fade():
     law = WrittenLaw((Term("restitution", size, (Factor("recent_blows", y=fades_s),)),))
     rig = replace(RIG, laws=(law,), duration_s=1.0)
     impacts = simulate(rig).impacts
-    assert len(impacts) > W.MOST_BLOWS + 2
+    assert len(impacts) > W.FADING_BLOWS + 2
     time_s, approach = impacts["time_s"], impacts["normal_speed_before_m_per_s"]
     for k in range(len(impacts)):
-        last = slice(max(k - W.MOST_BLOWS, 0), k)
+        last = slice(max(k - W.FADING_BLOWS, 0), k)
         blows = np.sum(approach[last] ** 2 * np.exp(-(time_s[k] - time_s[last]) / fades_s))
         expected = rig.impact.restitution + size * blows
         assert -impacts["normal_speed_after_m_per_s"][k] / approach[k] == pytest.approx(expected, abs=1e-6)
@@ -296,28 +297,32 @@ def test_recent_blows_are_added_up_as_they_fade():
         Factor("recent_blows")
 
 
-@pytest.mark.parametrize("quantity", ["swing", "swing_rate", "ovalling", "blows", "at_cylinder"])
+@pytest.mark.parametrize(
+    "quantity", ["swing", "swing_rate", "ovalling", "breathing", "breathing_rate", "blows", "at_cylinder"]
+)
 def test_what_blows_set_swinging_and_how_many_there_were(quantity):
     """Over a run with a cylinder, which the disk pushes the other way, held against the table of impacts."""
     rate, fades_s, size = 150.0, 0.05, 0.02
-    swings = quantity in ("swing", "swing_rate", "ovalling")
+    swings = quantity not in ("blows", "at_cylinder")
     own = {"x": rate, "y": fades_s} if swings else {}
     law = WrittenLaw((Term("restitution", size / (10 if quantity == "blows" else 1), (Factor(quantity, **own),)),))
     rig = replace(RIG, laws=(law,), duration_s=1.5, host=replace(RIG.host, obstacle_radius_m=0.012))
     impacts = simulate(rig).impacts
     time_s, approach = impacts["time_s"], impacts["normal_speed_before_m_per_s"]
     inwards = impacts["wall"] == P.OBSTACLE
-    assert len(impacts) > W.MOST_BLOWS + 2 and 0 < np.count_nonzero(inwards) < len(impacts)
+    assert len(impacts) > W.FADING_BLOWS + 2 and 0 < np.count_nonzero(inwards) < len(impacts)
     place = impacts["azimuth_rad"]
     way = place + np.where(inwards, math.pi, 0.0)
     for k in range(len(impacts)):
-        last = slice(max(k - W.MOST_BLOWS, 0), k)
+        last = slice(max(k - W.FADING_BLOWS, 0), k)
         since, across = time_s[k] - time_s[last], place[k] - way[last]
         faded = approach[last] * np.exp(-since / fades_s)
         value = {
             "swing": np.sum(faded * np.sin(rate * since) * np.cos(across)),
             "swing_rate": np.sum(faded * np.cos(rate * since) * np.cos(across)),
             "ovalling": np.sum(faded * np.sin(rate * since) * np.cos(2 * across)),
+            "breathing": np.sum(faded * np.sin(rate * since)),
+            "breathing_rate": np.sum(faded * np.cos(rate * since)),
             "blows": k / 10,
             "at_cylinder": float(inwards[k]),
         }[quantity]
@@ -327,6 +332,59 @@ def test_what_blows_set_swinging_and_how_many_there_were(quantity):
         for wrong in ({"x": rate}, {"y": fades_s}):
             with pytest.raises(ScenarioError):
                 Factor(quantity, **wrong)
+
+
+@pytest.mark.parametrize("fades_s", [0.0, 0.2])
+def test_blows_here_are_those_that_struck_near(fades_s):
+    """Over a run with a cylinder: the speeds before each impact, by how near it pushed the Host, held against the table
+    of impacts; along the rim the same where the disk does not turn."""
+    width, size = 0.5, 0.01
+    law = WrittenLaw((Term("restitution", size, (Factor("blows_here", x=fades_s, y=width),)),))
+    rig = replace(RIG, laws=(law,), duration_s=1.5, host=replace(RIG.host, obstacle_radius_m=0.012))
+    impacts = simulate(rig).impacts
+    time_s, approach = impacts["time_s"], impacts["normal_speed_before_m_per_s"]
+    way = impacts["azimuth_rad"] + np.where(impacts["wall"] == P.OBSTACLE, math.pi, 0.0)
+    assert len(impacts) > W.MOST_BLOWS + 2
+    for k in range(len(impacts)):
+        last = slice(max(k - W.MOST_BLOWS, 0), k)
+        off = np.angle(np.exp(1j * (way[k] - way[last]))) / width
+        faded = np.exp(-(time_s[k] - time_s[last]) / fades_s) if fades_s else 1.0
+        expected = rig.impact.restitution + size * np.sum(approach[last] * np.exp(-0.5 * off**2) * faded)
+        assert -impacts["normal_speed_after_m_per_s"][k] / approach[k] == pytest.approx(expected, abs=1e-6)
+    known = np.zeros(W.KNOWN_SIZE)
+    known[[W.HX, W.ANGLE, W.TIME]] = 0.04, 0.9, 0.3
+    known[[W.BLOW_SPEEDS, W.BLOW_WAYS, W.BLOW_SIDES, W.BLOW_TIMES]] = 2.0, 0.4, -0.6, 0.1
+    for name, off in (("blows_here", -0.4), ("rim_blows_here", -0.3)):
+        value = kernel.size(np.array(Term("restitution", 1.0, (Factor(name, x=fades_s, y=width),)).row()), known)
+        faded = math.exp(-0.2 / fades_s) if fades_s else 1.0
+        assert value == pytest.approx(2.0 * math.exp(-0.5 * (off / width) ** 2) * faded)
+    assert "blows_here(within 0.5 rad" in as_text(law)
+    for wrong in ({}, {"x": -1.0, "y": width}):
+        with pytest.raises(ScenarioError):
+            Factor("blows_here", **wrong)
+
+
+def test_the_rim_remembers_where_it_was_struck():
+    """A disk that turns between two impacts: the place on the rim is that of the first contact, seen from the disk."""
+    size, width = 0.015, 0.4
+    law = WrittenLaw((Term("restitution", size, (Factor("rim_blows_here", y=width),)),))
+    rig = replace(RIG, laws=(law,), duration_s=1.0, sample_rate_hz=2e4)
+    found = simulate(rig)
+    impacts = found.impacts
+    angle = np.interp(impacts["time_s"], found.time_s, found.motion["nes_angle_rad"])
+    side, approach = impacts["azimuth_rad"] - angle, impacts["normal_speed_before_m_per_s"]
+    for k in range(min(len(impacts), W.MOST_BLOWS)):
+        off = np.angle(np.exp(1j * (side[k] - side[:k]))) / width
+        expected = rig.impact.restitution + size * np.sum(approach[:k] * np.exp(-0.5 * off**2))
+        assert -impacts["normal_speed_after_m_per_s"][k] / approach[k] == pytest.approx(expected, abs=2e-3)
+
+
+def test_the_hosts_acceleration_has_two_parts_where_the_disk_is():
+    known = np.zeros(W.KNOWN_SIZE)
+    known[[W.HX, W.HY, W.HOST_AX, W.HOST_AY]] = 0.03 * math.cos(0.7), 0.03 * math.sin(0.7), 5.0, -2.0
+    for name, direction in (("host_acceleration_outwards", 0.7), ("host_acceleration_around", 0.7 + 0.5 * math.pi)):
+        value = kernel.size(np.array(Term("restitution", 1.0, (Factor(name),)).row()), known)
+        assert value == pytest.approx(5.0 * math.cos(direction) - 2.0 * math.sin(direction))
 
 
 def test_a_sawtooth_is_a_step_of_mean_zero():

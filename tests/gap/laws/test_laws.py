@@ -23,7 +23,7 @@ from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, _by_runs, f
 from analysis.gap.laws.dictionary.candidate import Candidate, named_numbers, ways, with_coefficients, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts import law_candidates
-from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.parts import RigScales, plain, scaled
 from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import sized_law
@@ -33,8 +33,10 @@ from analysis.gap.laws.regression.problem import Regression, held_out_squares
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.null_distribution import by_chance
+from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text
-from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
 from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES, TARGETS
 from ovines.law_file import law_text, read_law
 from ovines.pipeline.series.diagnosis import load_series
@@ -213,6 +215,32 @@ def test_what_further_parts_explain_is_no_noise_of_few_runs(seed):
     found, p = find_law(problem, columns, every, np.random.default_rng(0), LEVEL_WHERE_LEFT)
     assert p < LEVEL
     assert sorted(part.name for part in found.parts) == ["column 0", "column 1", "column 2"]
+
+
+def test_forms_are_told_apart_by_what_the_best_of_them_leaves():
+    """Of all that a law does to the rows a further number may explain little, and yet all that is left: 120 rows of
+    unit size, as those of a restitution whose scatter its law made, and a line beside the curve that they follow."""
+    rng = np.random.default_rng(3)
+    x = np.tile(np.linspace(0.0, 2.0, 20), 6)
+    law = np.exp(-x / 0.7) - np.exp(-x / 0.7).mean()
+    residual = law / law.std() + 0.03 * rng.standard_normal(len(x))
+    every = np.arange(len(x))
+    problem = Regression(residual, np.ones((len(x), 1)), np.zeros(1), every, every // 20)
+
+    def columns(terms):
+        known = np.zeros((len(x), KNOWN_SIZE))
+        known[:, W.APPROACH] = x
+        out = np.empty((len(x), len(terms)))
+        sizes(rows_of(terms), known, out)
+        return out
+
+    line = plain("a line", Term("restitution", 1.0, (Factor("approach"),)))
+    curve = scaled("a curve", "restitution", ("approach", "exponential", 1.0), [2.0])
+    found, _ = find_law(problem, columns, [line, *curve], np.random.default_rng(0))
+    (part,) = found.parts
+    assert part.name == "a curve"
+    assert part.numbers[0] == pytest.approx(0.7, rel=0.05)
+    assert [one.told_apart for one in found.rivals if one.candidate.name == "a line"] == [True]
 
 
 def test_noise_of_few_runs_has_no_further_parts():

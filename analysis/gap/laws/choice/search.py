@@ -37,8 +37,11 @@ DRAWS, LEVEL, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.0
 # What the best candidate leaves is searched for further parts, this many at the most, before it counts as noise; each
 # must gain this share of what the best does, and so much: more than chance's best does in most problems.
 MORE_PARTS, LEAST_MORE, LEAST_MORE_GAIN = 3, 0.05, 25.0
-# A further part must explain this share of what the law explains, and so must a number inside a form.
+# A further part must explain this share of what the law explains, and so must each number of a form after its first.
 LEAST_SHARE = 0.02
+# Forms are told apart by what the best of them leaves, not by all that there is to explain; no less than this share of
+# that, as no form is the true one to every digit.
+LEAST_LEFT = 0.1
 # Forms whose numbers are searched before one is chosen, those with this share of the best one's gain.
 SHORTLIST, NEAR = 4, 0.7
 # Forms that are multiplied by one quantity more: the first of the shortlist.
@@ -85,8 +88,12 @@ def find_law(
             first_p = p
         if p > least_p or gains[best] < LEAST_SHARE * gained:
             break
-        shortlist = shortlist_of(held, columns, candidates, gains, scale)
-        shortlist = _with_products(held, columns, shortlist, multipliers, scale)
+        beside = scale * _left(held, columns, candidates[best])
+        asked = np.isfinite(listed.looked)
+        nearer = np.full(len(gains), -np.inf)
+        nearer[asked] = (gains + listed.looked)[asked] * scale / beside - listed.looked[asked]
+        shortlist = shortlist_of(held, columns, candidates, nearer, beside)
+        shortlist = _with_products(held, columns, shortlist, multipliers, beside)
         part, own = shortlist[0]
         if own <= 0:
             break
@@ -94,7 +101,7 @@ def find_law(
             break
         if not parts:
             gained = float(gains[best])
-            rivals = _rivals(held, columns, candidates, gains, shortlist, scale)
+            rivals = _rivals(held, columns, candidates, nearer, shortlist, beside)
         parts.append(part)
         parts = _replaced(problem, columns, parts, listed)
     if not parts:
@@ -131,6 +138,19 @@ def _with_more(held: Regression, columns: Columns, listed: Listed, best: int, ga
     return chosen[1:]
 
 
+def _left(problem: Regression, columns: Columns, best: Candidate) -> float:
+    """Share of the square of the rows that the ``best`` candidate acts on which it leaves, once the nuisances are
+    taken out, of what was there without it, between :data:`LEAST_LEFT` and 1."""
+    table = columns(best.terms)
+    acts = np.any(table != 0.0, 1)
+    beside = problem.with_columns(table)
+    before, after = (
+        (one.residual - one.nuisances @ one.fitted(one.nuisances, one.prior))[acts] for one in (problem, beside)
+    )
+    share = float(after @ after) / max(float(before @ before), 1e-300)
+    return min(max(share, LEAST_LEFT), 1.0)
+
+
 def _simplest(candidates: Sequence[Candidate], gains: Array) -> int:
     """The best candidate, each of its unknowns having to earn its place."""
     return int(np.argmax(gains - PER_UNKNOWN * np.array([one.unknowns for one in candidates])))
@@ -142,7 +162,7 @@ def shortlist_of(
     """The :data:`SHORTLIST` of forms, the numbers inside each searched, with their gains on held-out runs, best first:
     a form that starts far from its numbers is not yet behind.
 
-    A number inside must earn its price, and a share of what is explained: near enough, it bends any form."""
+    Each further number must earn its price, and a share of what is explained: near enough, it bends any form."""
     price = PER_UNKNOWN * np.array([one.unknowns for one in candidates])
     first: dict[str, int] = {}
     for i in np.argsort(price - gains):
@@ -183,7 +203,7 @@ def _with_products(
 
 
 def _worth(candidate: Candidate, gain: float) -> float:
-    return gain * (1 - LEAST_SHARE * len(candidate.numbers)) - PER_UNKNOWN * candidate.unknowns
+    return gain * (1 - LEAST_SHARE * (candidate.unknowns - 1)) - PER_UNKNOWN * candidate.unknowns
 
 
 def _rivals(

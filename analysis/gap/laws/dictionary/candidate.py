@@ -220,6 +220,10 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
         out["swinging_rad_per_s"], out["fading_s"] = (one.x, "rad/s"), (one.y, "s")
     elif entry.own == "fading":
         out["fading_s"] = (one.y, "s")
+    elif entry.own == "spreading":
+        out["width_rad"] = (one.y, "rad")
+        if one.x:
+            out["fading_s"] = (one.x, "s")
     elif one.x != 0.0:
         out[f"{one.quantity}_zero{UNITS[entry.unit]}"] = (one.x, entry.unit)
     if one.function in SCALED or one.scale != 1.0:

@@ -6,12 +6,12 @@ from __future__ import annotations
 import math
 
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
-from analysis.gap.laws.dictionary.parts import RigScales, pair, plain
+from analysis.gap.laws.dictionary.parts import RigScales, pair, plain, scaled
 from ovines.core.laws.terms import Factor, Term
 
 TARGET = "floor_friction"
-# Middles and width of a band of sliding speeds, over the usual speed.
-BANDS, BAND = (0.3, 0.6, 1.0, 1.4), 0.15
+# Middles and width of a band of sliding speeds, over the usual speed; speeds at which friction changes at once.
+BANDS, BAND, STEPS = (0.3, 0.6, 1.0, 1.4), 0.15, (0.3, 0.6, 1.0)
 
 
 def friction_candidates(scales: RigScales) -> list[Candidate]:
@@ -30,13 +30,15 @@ def _directions() -> list[Candidate]:
 
 
 def _bands(scales: RigScales) -> list[Candidate]:
-    """Friction that differs in a band of sliding speeds, as where the disk chatters."""
+    """Friction that differs in a band of sliding speeds, as where the disk chatters, or from a speed on, as where it
+    floats up."""
 
     def band(speed: float, width: float) -> tuple[Term, ...]:
         return (Term(TARGET, 1.0, (Factor("sliding_speed", "gaussian", 1.0, width, speed),)),)
 
     unit, steps = scales.speed_m_per_s, (0.1 * scales.speed_m_per_s, 0.2)
-    return [
+    below, sizes = ("sliding_speed", "below", 1.0), [share * unit for share in STEPS]
+    return scaled("friction below a sliding speed", TARGET, below, sizes) + [
         Candidate("friction in a band of sliding speeds", band, (share * unit, BAND * unit), steps, (False, True))
         for share in BANDS
     ]

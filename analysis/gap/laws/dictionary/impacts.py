@@ -32,6 +32,7 @@ ADDED = (
     ("with the approach speed, by the sense of the spin left", (Factor("approach"), Factor("spin_left", "sign"))),
     ("by the sense of the spin left", (Factor("spin_left", "sign"),)),
     ("with the approach speed and the spin left", (Factor("approach"), Factor("spin_left"))),
+    ("with the Host's acceleration about its centre", (Factor("host_acceleration_around"),)),
 )
 WORDS = {
     "restitution": "restitution", "wall_friction": "wall friction",
@@ -44,6 +45,7 @@ PRODUCTS = (
     ("approach speed and the sense of slip", (Factor("approach"), Factor("slip", "sign"))),
     ("approach speed and the sense of spin", (Factor("approach"), Factor("spin", "sign"))),
     ("the slip against the spin", (Factor("slip", "sign"), Factor("spin"))),
+    ("the slip and the spin", (Factor("slip"), Factor("spin"))),
     ("whether slip and spin have one sense", (Factor("slip", "sign"), Factor("spin", "sign"))),
     ("approach speed and the wall's own speed", (Factor("approach"), Factor("wall_speed"))),
     ("slip and the wall's own speed", (Factor("slip", "absolute_power"), Factor("wall_speed"))),
@@ -60,6 +62,7 @@ SCALES, SPOTS, SPOT_WIDTHS, ARCS, ARC_WIDTHS = (0.1, 0.3, 0.6), 16, (0.25, 0.5),
 SIDES, SIDE_WIDTHS = 8, (0.25, 0.5)
 # Around the wall: screws, jaws and lobes; a tool that chattered leaves more.
 ORDERS = tuple(float(order) for order in range(1, 17))
+TURNING_ORDERS = (1.0, 2.0)
 INVERSE_APPROACH = (Factor("approach", "absolute_power", -1.0),)
 # A rim that is filed by hand has corners.
 SIDE_ORDERS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
@@ -75,8 +78,13 @@ SPACED, SPACED_STARTS, SPACED_WIDTHS = (2, 3, 4, 6), 6, (0.07, 0.15)
 CREEPS, CREEP_TURNS, CREEP_STEP = (1.0, 2.0), (0.25, 0.5, 1.0, 2.0), 0.3
 # Times over the usual one between impacts in which what a blow has done fades.
 FADES = (1.0, 3.0)
-# Times over the usual one between impacts in which what swings after a blow fades.
-SWING_FADES = (0.5, 1.5)
+# Times over the usual one between impacts in which what swings after a blow fades; a wall's own wave, and its rate.
+SWING_FADES, BREATHING = (0.5, 1.5), ("breathing", "breathing_rate")
+# Width (rad) of what a blow leaves where it struck, and times over the usual one between impacts in which it fades.
+STRUCK, STRUCK_FADES = (0.3, 0.7), (3.0, 10.0)
+# Half cycles in the longest run of what comes and goes by itself; angles of incidence (rad) at which something changes
+# at once; runs over all of them in which what was mended settles.
+CYCLES, GLANCES, SETTLING_RUNS = 8, (0.2, 0.45, 0.8), (0.2, 0.5)
 
 
 def law_candidates(known: Array) -> list[Candidate]:
@@ -94,12 +102,14 @@ def law_candidates(known: Array) -> list[Candidate]:
             ):
                 terms = (Term(target, 1.0, (factor, wave)) for wave in waves(quantity))
                 out.append(plain(f"{WORDS[target]} with {name} and the {quantity}", *terms))
+        out.append(in_step(WORDS[target], target))
         for quantity in ("host_acceleration_along", "host_velocity_along"):
             terms = (Term(target, 1.0, (way,)) for way in ways(quantity))
             out.append(plain(f"{WORDS[target]} with {quantity.replace('_', ' ')}", *terms))
         out += _around(target)
         if target in ("restitution", "wall_friction"):
             out += creeping(WORDS[target], target, known)
+            out += swaying(WORDS[target], target, known)
         out += _scaled(target, known)
         if target != "spin_kept":
             carrier = Carrier(WORDS[target], (Term(target, 1.0),))
@@ -111,12 +121,16 @@ def law_candidates(known: Array) -> list[Candidate]:
             ]
     for target in ("restitution", "wall_friction"):
         out += _ringing(target, known)
-    out += swinging("restitution of a wall that swings", "restitution", "swing_rate", known, INVERSE_APPROACH)
+    out += swinging("restitution of a wall that swings", "restitution", ("swing_rate",), known, INVERSE_APPROACH)
+    out += swinging("restitution of a wall that breathes", "restitution", BREATHING, known)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
     out += _turned_blow(known)
     for order in SIDE_ORDERS:
         sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
         out.append(plain(f"spin added with the approach speed and the side of the disk, order {order:g}", *sides))
+    for order in TURNING_ORDERS:  # a wall that turns in its seat, or on a side of it only
+        sides = (Term("spin_added", 1.0, (wave,)) for wave in waves("azimuth", order))
+        out.append(plain(f"spin added around the wall, order {order:g}", *sides))
     for order in ORDERS:  # a wall whose normals lean to one side and the other
         leans = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("azimuth", order))
         out.append(plain(f"spin added with the approach speed around the wall, order {order:g}", *leans))
@@ -153,8 +167,11 @@ def _ringing(target: str, known: Array) -> list[Candidate]:
     ]
 
 
-def swinging(name: str, target: str, quantity: str, known: Array, factors: tuple[Factor, ...] = ()) -> list[Candidate]:
-    """What the blows before have set swinging on springs of its own, as it fades: ``quantity`` of it."""
+def swinging(
+    name: str, target: str, quantities: Sequence[str], known: Array, factors: tuple[Factor, ...] = ()
+) -> list[Candidate]:
+    """What the blows before have set swinging on springs of its own, as it fades: ``quantities`` of it, a column
+    each."""
     since = known[:, W.SINCE]
     since = since[since < 0.5 * W.LONG_AGO_S]
     if not len(since):
@@ -162,7 +179,7 @@ def swinging(name: str, target: str, quantity: str, known: Array, factors: tuple
     usual_s = float(np.median(since))
 
     def swings(rate: float, fades_s: float) -> tuple[Term, ...]:
-        return (Term(target, 1.0, (*factors, Factor(quantity, x=rate, y=fades_s))),)
+        return tuple(Term(target, 1.0, (*factors, Factor(one, x=rate, y=fades_s))) for one in quantities)
 
     step = RING_STEP / usual_s
     return [
@@ -190,6 +207,9 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the centre's speed along the wall", Factor("passing", "absolute_power")),
         ("the square of the centre's speed along the wall", Factor("passing", "power", 2.0)),
         ("the centre's signed speed along the wall", Factor("passing")),
+        ("the sense of the centre's way along the wall", Factor("passing", "sign")),
+        ("the speed against the Host", Factor("sliding_speed")),
+        ("the square of the speed against the Host", Factor("sliding_speed", "power", 2.0)),
         ("the wall's own speed", Factor("wall_speed")),
         ("the size of the wall's own speed", Factor("wall_speed", "absolute_power")),
         ("the square of the wall's own speed", Factor("wall_speed", "power", 2.0)),
@@ -206,6 +226,7 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
         ("the Host's acceleration outwards alone", Factor("host_acceleration_outwards", "above", 1.0, 0.0)),
         ("the sense of the Host's acceleration outwards", Factor("host_acceleration_outwards", "sign")),
+        ("the Host's acceleration about its centre", Factor("host_acceleration_around")),
         ("the way from the contact before", Factor("from_contact")),
         ("the approach speed of the contact before", Factor("last_approach")),
         ("the slip of the contact before", Factor("last_slip", "absolute_power")),
@@ -286,6 +307,61 @@ def creeping(name: str, target: str, known: Array) -> list[Candidate]:
     ]
 
 
+def swaying(name: str, target: str, known: Array) -> list[Candidate]:
+    """What comes and goes in the run by itself, slowly."""
+    run_s = float(known[:, W.TIME].max(initial=0.0))
+
+    def sways(rate: float) -> tuple[Term, ...]:
+        return tuple(Term(target, 1.0, (wave,)) for wave in waves("time", 1.0, 1.0 / rate))
+
+    rates = [math.pi * n / run_s for n in range(2, CYCLES + 1)] if run_s > 0.0 else []
+    return [Candidate(f"{name} that sways", sways, (rate,), (CREEP_STEP / (rate * run_s),), (True,)) for rate in rates]
+
+
+def in_step(name: str, target: str, order: float = 1.0) -> Candidate:
+    """What differs around the wall and with the drive: a side that gives way in step, a wave that goes round."""
+    terms = (Term(target, 1.0, (one, other)) for one in waves("azimuth", order) for other in waves("phase"))
+    return plain(f"{name} with the azimuth{'' if order == 1 else f', order {order:g},'} and the phase", *terms)
+
+
+def settling_by_run(name: str, target: str, known: Array) -> list[Candidate]:
+    """What was new at the first run, or was mended before it."""
+    runs = len(np.unique(known[:, W.RUN]))
+    sizes = [share * runs for share in SETTLING_RUNS] if runs > 2 else []
+    return scaled(f"{name} that settles from run to run", target, ("run", "exponential", 1.0), sizes)
+
+
+def struck_here(name: str, target: str, known: Array) -> list[Candidate]:
+    """What blows have done where they struck, the wall or the disk's rim: dents, a polish, what they rubbed off."""
+    since = known[:, W.SINCE]
+    since = since[since < 0.5 * W.LONG_AGO_S]
+    if not len(since):
+        return []
+    usual_s, hard = float(np.median(since)), float(np.median(known[:, W.APPROACH]))
+
+    def lasting(quantity: str, width: float) -> tuple[Term, ...]:
+        return (Term(target, 1.0, (Factor(quantity, y=width),)),)
+
+    def full(quantity: str, width: float, enough: float) -> tuple[Term, ...]:
+        return (Term(target, 1.0, (Factor(quantity, "rational", 1.0, enough, y=width),)),)
+
+    def fading(quantity: str, width: float, fades_s: float) -> tuple[Term, ...]:
+        return (Term(target, 1.0, (Factor(quantity, x=fades_s, y=width),)),)
+
+    out = []
+    for quantity, word in (("blows_here", "the wall"), ("rim_blows_here", "the rim")):
+        before = f"{name} where {word} was struck"
+        for width in STRUCK:
+            out.append(Candidate(before, partial(lasting, quantity), (width,), (0.25,), (True,)))
+            both = ((0.25, 0.25), (True, True))
+            out.append(Candidate(f"{before}, up to enough", partial(full, quantity), (width, hard), *both))
+            out += [
+                Candidate(f"{before}, as it fades", partial(fading, quantity), (width, share * usual_s), *both)
+                for share in STRUCK_FADES
+            ]
+    return out
+
+
 def worn(name: str, target: str, known: Array) -> list[Candidate]:
     """What the blows before have done, as it fades."""
     since = known[:, W.SINCE]
@@ -319,6 +395,7 @@ def after_the_way(name: str, target: str, known: Array) -> list[Candidate]:
 def _scaled(target: str, known: Array) -> list[Candidate]:
     """What fades, bends or saturates at a scale of its own."""
     word, out = WORDS[target], worn(WORDS[target], target, known)
+    out += struck_here(word, target, known)
     out += scaled(f"{word} that the blows wear off", target, ("blows", "exponential", 1.0), WEARS)
     out += after_the_way(word, target, known)
     for name, column, shape, at in (
@@ -327,6 +404,7 @@ def _scaled(target: str, known: Array) -> list[Candidate]:
         ("the approach speed, fading", W.APPROACH, ("approach", "rational", 2.0), SCALES),
         ("the approach speed beyond one", W.APPROACH, ("approach", "above", 1.0), SCALES[1:]),
         ("the approach speed, at once", W.APPROACH, ("approach", "beyond", 1.0), STEPS),
+        ("the number of blows before, at once", W.BLOWS, ("blows", "below", 1.0), CHANGES),
         ("the slip, at once", W.SLIP, ("slip", "within", 1.0), STEPS),
         ("the spin, at once", W.SPIN, ("spin", "within", 1.0), STEPS),
         ("the slip of the contact before, ending", W.LAST_SLIP, ("last_slip", "decay", 1.0), SCALES[1:]),
@@ -346,4 +424,7 @@ def _scaled(target: str, known: Array) -> list[Candidate]:
             continue
         sizes = sorted({float(s) for s in np.quantile(seen, at)}) if len(seen) else []
         out += scaled(f"{word} with {name}", target, shape, sizes)
-    return out
+        if column == W.SINCE:  # as hard as that impact was
+            out += scaled(f"{word} with {name} and its speed", target, shape, sizes, (Factor("last_approach"),))
+    out += settling_by_run(word, target, known)
+    return out + scaled(f"{word} with the angle of incidence, at once", target, ("incidence", "within", 1.0), GLANCES)

@@ -67,6 +67,7 @@ def of_impacts(known: Array) -> list[Modulator]:
     usual_s = float(np.median(since[since < 0.5 * W.LONG_AGO_S])) if np.any(since < 0.5 * W.LONG_AGO_S) else 0.0
     return [
         _one("the approach speed", Factor("approach")),
+        _one("the inverse approach speed", Factor("approach", "absolute_power", -1.0)),
         _one("the slip", Factor("slip", "absolute_power")),
         _one("the sense of slip", Factor("slip", "sign")),
         _one("the spin", Factor("spin", "absolute_power")),

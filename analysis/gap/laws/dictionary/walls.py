@@ -10,7 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import SCALES, after_the_way, around, creeping, spaced, swinging, worn
+from analysis.gap.laws.dictionary.impacts import (
+    BREATHING,
+    SCALES,
+    after_the_way,
+    around,
+    creeping,
+    in_step,
+    settling_by_run,
+    spaced,
+    struck_here,
+    swaying,
+    swinging,
+    worn,
+)
 from analysis.gap.laws.dictionary.modulated import WEARS, Carrier, fixed, with_scale
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from analysis.gap.laws.dictionary.uneven import of_impacts_uneven, uneven
@@ -126,13 +139,16 @@ def wall_candidates(known: Array) -> list[Candidate]:
     # A form that stands above is no rival of itself.
     listed = {_form(one) for one in out}
     out += [one for one in _shapes_that_change(known) if _form(one) not in listed]
-    swings = (Term(TARGET, 1.0, (one, other)) for one in waves("azimuth") for other in waves("phase"))
-    out.append(plain(f"{WORD} with the azimuth and the phase", *swings))
+    out += [in_step(WORD, TARGET, order) for order in (1.0, 2.0)]
+    out += swaying(WORD, TARGET, known)
+    out += settling_by_run(WORD, TARGET, known)
+    out += struck_here(WORD, TARGET, known)
     out += spaced(WORD, TARGET)
     out += creeping(WORD, TARGET, known)
     out += worn(WORD, TARGET, known)
-    out += swinging(f"{WORD} of a ring that swings after blows", TARGET, "swing", known)
-    out += swinging(f"{WORD} of a ring that blows make oval", TARGET, "ovalling", known)
+    out += swinging(f"{WORD} of a ring that swings after blows", TARGET, ("swing",), known)
+    out += swinging(f"{WORD} of a ring that blows make oval", TARGET, ("ovalling",), known)
+    out += swinging(f"{WORD} of a ring that blows make wider", TARGET, BREATHING[:1], known)
     out.append(plain(f"{WORD} with the number of blows before", Term(TARGET, 1.0, (Factor("blows"),))))
     out += scaled(f"{WORD} that the blows wear off", TARGET, ("blows", "exponential", 1.0), WEARS)
     out += _squashed()
@@ -160,6 +176,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
         ("the sense of spin", Factor("spin", "sign")),
         ("the sense of the wall's own speed", Factor("wall_speed", "sign")),
         ("the sense of the Host's acceleration outwards", Factor("host_acceleration_outwards", "sign")),
+        ("the Host's acceleration about its centre", Factor("host_acceleration_around")),
         ("the inverse approach speed", Factor("approach", "absolute_power", -1.0)),
     ):  # fmt: skip
         out.append(plain(f"{WORD} with {name}", Term(TARGET, 1.0, (factor,))))
@@ -180,5 +197,6 @@ def wall_candidates(known: Array) -> list[Candidate]:
     last = float(time_s.max(initial=0.0))
     settles = [share * last for share in SETTLES]
     out += scaled(f"{WORD} that settles", TARGET, ("time", "exponential", 1.0), settles)
-    changes = np.quantile(time_s, CHANGES).tolist() if len(time_s) else []
+    changes, worn_at = (np.quantile(known[:, at], CHANGES).tolist() if len(known) else [] for at in (W.TIME, W.BLOWS))
+    out += scaled(f"{WORD} that changes at once with the blows", TARGET, ("blows", "below", 1.0), worn_at)
     return out + scaled(f"{WORD} that changes at once", TARGET, ("time", "below", 1.0), changes)
