@@ -106,7 +106,7 @@ def test_a_frame_knows_where_the_host_is_from_the_middle_of_its_path(loaded):
     """And nothing else may follow that: no force, for which a run has no middle yet, no picture."""
     _, series = loaded("none", 1.0, 8, "ar1", 2)
     data = series.runs[0].data
-    known = known_frames(data.time_s, data)
+    known = known_frames(data.time_s, data, series.runs[0].flights)
     out = np.empty((len(known), 1))
     term = Term("camera_delay", 1.0, (Factor("host_place_along", x=0.5),), x=1.0)
     sizes(rows_of([term]), known, out)

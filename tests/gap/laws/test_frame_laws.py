@@ -238,7 +238,7 @@ def test_a_camera_with_a_clock_of_its_own_has_a_law(tmp_path):
     assert {term.target for term in law.law.terms} == {"camera_delay"}
     assert law.closed > 0.8
     time_s = series.runs[0].data.time_s
-    late_s = given(law.law.terms, known_frames(time_s, series.runs[0].data))
+    late_s = given(law.law.terms, known_frames(time_s, series.runs[0].data, series.runs[0].flights))
     rate = np.polyfit(time_s, late_s, 1)[0]
     assert rate == pytest.approx(made.truth["parameters"]["unknown_free_running_camera"]["free_running"], rel=0.25)
 

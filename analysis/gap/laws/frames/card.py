@@ -36,11 +36,11 @@ from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 from ovines.core.laws.words import NES_CARD
 from ovines.errors import InputError
-from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
-# Gross errors count as so many sds; meetings fewer than this tell nothing.
-CLIP_SD, FEWEST_MEETINGS = 5.0, 8
+# Meetings fewer than this tell nothing.  Gross errors count as so many times what all but one in ten miss: a card that
+# stays at its stop for half of the blows steps at the other half alone.
+FEWEST_MEETINGS, MOST_MISSED, USUAL = 8, 3.0, 0.9
 # Shares that are rounding alone.
 ROUNDING = 1e-9
 # Parts of a law at the most.
@@ -117,7 +117,7 @@ def card_rows(fitted: FlightFit) -> CardRows | None:
     if len(meetings) < FEWEST_MEETINGS or not flights.flights:
         return None
     missed = np.array([one.missed for one in meetings])
-    limit = CLIP_SD * np.maximum(1.0, [residual_sd(column) for column in missed.T])
+    limit = MOST_MISSED * np.maximum(1.0, np.quantile(np.abs(missed), USUAL, axis=0))
     told, own = flights.problem, np.array([one.nuisances for one in meetings])
     count, shared = 3 * len(meetings), told.nuisances.shape[1]
     nuisances = np.zeros((len(told.residual) + count, shared + own.shape[2]))

@@ -12,7 +12,7 @@ rate."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -312,7 +312,7 @@ class _Scan:
 
 
 def _lines(
-    units: dict[str, tuple[Make, Array]], rows: FrameRows | MarkerRows, rng: np.random.Generator
+    units: Mapping[str, tuple[Make, Array]], rows: FrameRows | MarkerRows, rng: np.random.Generator
 ) -> list[Candidate]:
     """The best frequency of each target, by its word: how terms of it are made, and what a unit of it along each of its
     ways adds to the rows (M, W).  At the price of having looked for it."""
