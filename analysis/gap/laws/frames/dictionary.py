@@ -319,36 +319,36 @@ def _lines(
     problem, known = rows.problem, rows.known
     run_s, period_s = float(known[:, W.TIME].max()), _period_s(known)
     left = Profile.of(problem).residual[: len(problem.residual)]
-    blocks, block = np.unique(problem.block, return_inverse=True)
-    turned = np.vstack([np.ones(len(blocks)), rng.choice([-1.0, 1.0], (TURNS, len(blocks)))])
-    signs = np.asarray(turned[:, block], float)
     word_of = np.repeat(np.arange(len(units)), [unit.shape[1] for _, unit in units.values()])
     ways = np.hstack([unit for _, unit in units.values()])
-    out, price = [], 0.0
+    out = list[Candidate]()
 
-    def best(scan: _Scan, rates: Array) -> Array:
-        """Best rate of each word; the price counts what the best gains in turned series."""
-        nonlocal price
-        each = scan.gains(ways, signs, rates)
+    def best(scan: _Scan, rates: Array, block: NDArray[np.int64]) -> tuple[list[float], float]:
+        """Best rate of each word, and what the best gains where the signs of each ``block`` (M,) are turned."""
+        blocks, number = np.unique(block, return_inverse=True)
+        turned = np.vstack([np.ones(len(blocks)), rng.choice([-1.0, 1.0], (TURNS, len(blocks)))])
+        each = scan.gains(ways, np.asarray(turned[:, number.reshape(-1)], float), rates)
         gains = np.array([each[word_of == i].sum(0) for i in range(len(units))])
-        price = max(price, float(gains[:, 1:].max()))
-        return np.asarray(rates[np.argmax(gains[:, 0], 1)], float)
+        return rates[np.argmax(gains[:, 0], 1)].tolist(), float(gains[:, 1:].max()) / problem.excess
 
     even = _Scan.of(rows, left, known[:, W.TIME], np.ones(len(known)))
     rates: Array = np.asarray(2 * math.pi * np.arange(0.5, HIGHEST / period_s * run_s, APART) / run_s, float)
-    for (word, (make, unit)), rate in zip(units.items(), best(even, rates).tolist(), strict=True):
+    swings, price = best(even, rates, problem.block)
+    for (word, (make, unit)), rate in zip(units.items(), swings, strict=True):
         step = APART / run_s * math.pi / rate
-        out.append(Candidate(f"{word}, swinging in time", partial(_swinging, make), (rate,), (step,), (True,)))
+        out.append(Candidate(f"{word}, swinging in time", partial(_swinging, make), (rate,), (step,), (True,), price))
         rate, phase = _finest(even, unit, rate, 2 * math.pi * APART / run_s)
         near, positive = (FINER * step, ANGLE_STEP), (True, False)
         # A sawtooth rises or falls at its steps.
         for at in (phase - QUARTER, phase + QUARTER):
             ticking = partial(_ticking, make)
-            out.append(Candidate(f"{word}, a sawtooth in time", ticking, (rate, at), near, positive))
+            out.append(Candidate(f"{word}, a sawtooth in time", ticking, (rate, at), near, positive, price))
         switching = partial(_switching, make)
-        out.append(Candidate(f"{word}, in two states", switching, (rate, phase), near, positive))
+        out.append(Candidate(f"{word}, in two states", switching, (rate, phase), near, positive, price))
     usual_s, struck = _usual_flight_s(known), known[:, W.SINCE] < 0.5 * W.LONG_AGO_S
     since = np.where(struck, known[:, W.SINCE], 0.0)
+    # What a blow leaves is another matter after each.
+    flight = (known[:, W.RUN] * (1 + known[:, W.BLOWS].max()) + known[:, W.BLOWS]).astype(np.int64)[rows.at]
     for fades_s in () if usual_s is None else (share * usual_s for share in SWINGS_FADE):
         # What fades so soon tells no rates apart that turn by less in that time.
         slow: Array = np.asarray(2 * math.pi * np.arange(0.5, HIGHEST / period_s * fades_s, APART) / fades_s, float)
@@ -356,12 +356,12 @@ def _lines(
             continue
         size = np.where(struck, known[:, W.LAST_APPROACH], 0.0) * np.exp(-since / fades_s)
         after = _Scan.of(rows, left, since, size)
-        for (word, (make, _)), rate in zip(units.items(), best(after, slow).tolist(), strict=True):
+        swings, price = best(after, slow, flight)
+        for (word, (make, _)), rate in zip(units.items(), swings, strict=True):
             step, swung = APART / fades_s * math.pi / rate, partial(_swung, make)
             name, positive = f"{word}, swinging after a blow", (True, True)
-            out.append(Candidate(name, swung, (rate, fades_s), (step, SCALE_STEP), positive))
-    price /= problem.excess
-    return [Candidate(c.name, c.make, c.numbers, c.steps, c.positive, price) for c in out]
+            out.append(Candidate(name, swung, (rate, fades_s), (step, SCALE_STEP), positive, price))
+    return out
 
 
 def _finest(scan: _Scan, unit: Array, rate: float, apart: float) -> tuple[float, float]:
