@@ -78,6 +78,7 @@ def saw(time_s):
         (lambda k: 2.0 * saw(k[:, W.TIME] / 0.0372 + 0.3), "sawtooth", {"time"}),
         (lambda k: -2.0 * saw(k[:, W.TIME] / 4.3e-4 + 0.7), "sawtooth", {"time"}),  # beats with the frames
         (lambda k: 1.0 * ((k[:, W.TIME] / 0.083 + 0.1) % 1.0 < 0.5), "gates", {"time"}),
+        (lambda k: 2.0 * np.exp(-0.5 * (saw(k[:, W.TIME] / 0.093) * 0.093 / 0.004) ** 2), "pulses", {"time"}),
         (lambda k: np.sign(k[:, W.VX]), "sign", {"host_velocity_along"}),
         (lambda k: np.maximum(k[:, W.VX] - 0.5, 0.0) * 4.0, "above", {"host_velocity_along"}),
         (lambda k: 0.3 * k[:, W.BLOWS], "power", {"blows"}),
@@ -89,7 +90,7 @@ def saw(time_s):
             {"last_approach", "since"},
         ),
     ],
-    ids=["sets back", "ticks", "two states", "backlash", "cable", "slips", "a side", "fades", "swings"],
+    ids=["sets back", "ticks", "two states", "pulses", "backlash", "cable", "slips", "a side", "fades", "swings"],
 )
 def test_a_picture_follows_what_moves_it(known, value, function, quantities):
     """The form, and all but a hundredth of what it does."""

@@ -6,8 +6,8 @@ What is constant is not here: a window's place and a camera's delay are effects 
 in all frames alike is told by the lens fields (:mod:`analysis.gap.laws.frames.changed_pictures`).  No list holds every
 frequency: of each target all are held against the frames at once - of the time, and of the time since a blow, as it
 fades - and the best becomes a candidate that pays what the best gains where the signs of parts of the runs are turned;
-so do a sawtooth (a timer that ticks, what sticks and slips, what is set back) and gates (what has two states) of that
-rate."""
+so do a sawtooth (a timer that ticks, what sticks and slips, what is set back), gates (what has two states) and pulses
+of that rate."""
 
 from __future__ import annotations
 
@@ -46,6 +46,8 @@ SWING_STEP, SWINGS = 2.0, 12
 STOPS = (0.3, 1.0)
 # Shares of the Host's usual place, velocity or acceleration from which on something is drawn along.
 DRAWN = 0.5
+# Overtones that pulses may be found by; their width over their period.
+OVERTONES, PULSE = (1, 2, 3), 0.08
 # Rates about the best one, in this share of the steps in which all were looked at: what has corners has overtones,
 # which turn faster.
 FINER = 1 / 16
@@ -271,6 +273,12 @@ def _switching(make: Make, rate: float, turned: float) -> tuple[Term, ...]:
     return make(Factor("time", "gates", math.pi / rate, 2 * math.pi / rate, turned / rate))
 
 
+def _pulsing(make: Make, rate: float, turned: float, width: float) -> tuple[Term, ...]:
+    """Pulses of the time, highest where cos(rate t - turned) is, and as wide as this share of their period."""
+    period_s = 2 * math.pi / rate
+    return make(Factor("time", "pulses", width * period_s, period_s, turned / rate))
+
+
 def _swung(make: Make, rate: float, fades_s: float, size: str = "last_approach") -> tuple[Term, ...]:
     """What a blow leaves swinging by its ``size``."""
     fades = Factor(size), Factor("since", "exponential", 1.0, fades_s)
@@ -343,6 +351,20 @@ def _lines(
         for at in (phase - QUARTER, phase + QUARTER):
             ticking = partial(_ticking, make)
             out.append(Candidate(f"{word}, a sawtooth in time", ticking, (rate, at), near, positive, price))
+        # Of narrow pulses an overtone may be the strongest: they are at one in so many of its crests.
+        for overtone in OVERTONES:
+            pulsing, every = partial(_pulsing, make), rate / overtone
+            out += [
+                Candidate(
+                    f"{word}, in pulses",
+                    pulsing,
+                    (every, (phase + 2 * math.pi * crest) / overtone, PULSE),
+                    (*near, SCALE_STEP),
+                    (True, False, True),
+                    price,
+                )
+                for crest in range(overtone)
+            ]
         switching = partial(_switching, make)
         out.append(Candidate(f"{word}, in two states", switching, (rate, phase), near, positive, price))
     usual_s, struck = _usual_flight_s(known), known[:, W.SINCE] < 0.5 * W.LONG_AGO_S
