@@ -69,7 +69,7 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
     for key in rows.units:
         make = partial(_term, key)
         out += settled(WORDS[key[0]], make, known)
-        out += after_blows(WORDS[key[0]], make, known)
+        out += after_blows(WORDS[key[0]], make, known, counted=key[0] in PICTURE)
         if key[0] == DELAY:
             out += delay_candidates(known, key[1])
         if key[0] in PICTURE:  # what hangs on the shaker's frame is shaken by its reaction, whatever the drive
@@ -149,13 +149,15 @@ def swung_round(word: str, make: Make, known: Array) -> list[Candidate]:
     return out
 
 
-def after_blows(word: str, make: Make, known: Array) -> list[Candidate]:
-    """What the blow before leaves: as it was left, or as it fades."""
+def after_blows(word: str, make: Make, known: Array, counted: bool = True) -> list[Candidate]:
+    """What the blow before leaves: as it was left, or as it fades; ``counted``: what slips a little in each.
+
+    No clock does, and a clock that runs at a rate of its own goes nearly with the number of blows."""
     follows, usual_s = partial(_followed, word, make), _usual_flight_s(known)
     if usual_s is None:
         return []
-    out = [
-        follows("with the number of blows", Factor("blows")),
+    out = [follows("with the number of blows", Factor("blows"))] if counted else []
+    out += [
         follows("with the blow before", Factor("last_approach")),
         follows("with the slip of the blow before", Factor("last_slip")),
         follows("with the spin that the blow before gave", Factor("last_spun")),
