@@ -24,8 +24,8 @@ class FactorEntry(Section):
     exp(-q / s), `gaussian` exp(-(q / s)^2 / 2), `below` (1 where q < s), `sign`, `pulses` (a Gaussian of width n about
     every multiple of the period s), `gates` (1 over a width n about every multiple of the period s), `above`
     max(q - s, 0)^n, `tanh` tanh(q / s), `decay` exp(-|q| / s), `rational` 1 / (1 + |q / s|^n), `within` (1 where
-    |q| < s), `sawtooth` (of an angle n q: sign / 2 - n q / (2 pi), a step at 0), `rising` 1 - exp(-|q| / s), `beyond`
-    (1 where q >= s)."""
+    |q| < s), `sawtooth` (of an angle n q: sign / 2 - n q / (2 pi), a step at 0; of others at every multiple of s),
+    `rising` 1 - exp(-|q| / s), `beyond` (1 where q >= s)."""
 
     quantity: str
     """What it follows ([quantities](#quantities)). Example: `"radius"`."""

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.runs import Run, prepare
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from analysis.motion.rig_frame import RigFrame, rig_frame
@@ -162,14 +161,13 @@ def retimed(series: Series, factor: float) -> Series:
     )
 
 
-def with_times(series: Series, truly: Callable[[Array, RunData], Array]) -> Series:
+def with_times(series: Series, truly: Callable[[Array, Run], Array]) -> Series:
     """Every run's times (N,) replaced by what ``truly`` makes of them."""
-    runs = [run.data for run in series.runs]
 
     def retold(tables: Sequence[pd.DataFrame]) -> list[pd.DataFrame]:
         return [
-            table.assign(time_s=truly(table["time_s"].to_numpy(float), data))
-            for table, data in zip(tables, runs, strict=True)
+            table.assign(time_s=truly(table["time_s"].to_numpy(float), run))
+            for table, run in zip(tables, series.runs, strict=True)
         ]
 
     if series.points is not None:

@@ -17,6 +17,7 @@ from analysis.gap.laws.flight_law import find_flight_law, force_gain
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
+from analysis.gap.laws.frames.card import find_card_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
@@ -33,6 +34,7 @@ from analysis.gap.laws.impact_law import (
 from analysis.gap.laws.instead.flights import flight_law_beyond, flight_law_instead
 from analysis.gap.laws.instead.impacts import restitution_law_instead, without_effects
 from analysis.gap.laws.instead.wall import wall_law_instead
+from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
@@ -63,6 +65,8 @@ def write_laws(
     A law comes on top of what the named effects explain, and is asked of the same runs; one of the measurement is taken
     out first, and everything asked again."""
     measured, ladder = _measurement_laws(ladder, rng, withheld)
+    card, ladder = _card_law(ladder, rng, withheld)
+    measured = (*measured, *card)
     seen, ladder = _seen_disk_law(ladder, rng, withheld)
     if seen:  # nothing else is left
         return (*measured, *seen), ladder
@@ -87,6 +91,23 @@ def write_laws(
         ladder = replace(ladder, structure=tuple(structure))
     laws += found
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
+
+
+def _card_law(
+    ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
+) -> tuple[tuple[LawFound, ...], Ladder]:
+    """The law of how the card with the disk's markers lies on it, and the ladder of the series without it; asked of
+    every series, for what stays from blow to blow no probe tells."""
+    law = find_card_law(ladder.flights.named, ladder.series, rng)
+    if law is None or believed(law, law.size, LOOSE_M) is None:
+        return (), ladder
+    again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
+    if _misfit(again) > WORSE * _misfit(ladder):
+        return (), ladder
+    one = structure_of_law(law, "measurement", "x", law.size, LOOSE_M)
+    one = replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: the markers' card moves on the NES")
+    structure = tuple(sorted([one, *again.structure], key=lambda one: -one.strength))
+    return (law,), replace(again, measured=ladder.measured, structure=structure)
 
 
 def _seen_disk_law(
@@ -309,10 +330,11 @@ def _measurement_laws(
         law, again = min(seen, key=lambda one: _misfit(one[1]), default=(None, ladder))
         if law is not None and _misfit(again) <= WORSE * _misfit(best):
             laws, series, best = (*laws, law), again.measured, again
-        # Markers of a body against each other: flights know nothing of them.
-        found, corrected = find_marker_laws(series, rng)
-        if found:
-            laws, series, best = (*laws, *found), corrected, run_ladder(corrected, rng, withheld)
+    # Markers of a body against each other: flights know nothing of them.
+    found, corrected = find_marker_laws(series, rng)
+    if found:
+        laws, series, best = (*laws, *found), corrected, run_ladder(corrected, rng, withheld)
+        told = told or [_marker_structure(one) for one in found]
     # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
     # that sweeps passes for a clock: the disk's flights are asked, too.
     clock, corrected = find_clock_law(series, rng)
@@ -338,3 +360,9 @@ def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
     one = structure_of_law(law, "measurement", "x", law.size, least_delay_s(ladder.series))
     return replace(one, phase="all", unit="s", goes_with=f"{one.goes_with}: the delay of a camera changes")
+
+
+def _marker_structure(law: LawFound) -> Structure:
+    """What a law of a marker leaves that no mean over a part of the runs has shown."""
+    one = structure_of_law(law, "measurement", "x", law.size, LOOSE_M)
+    return replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: a marker moves on its body")

@@ -85,22 +85,24 @@ def _contact_between(run: RunData, before: Flight, after: Flight, time_s: float)
     velocity, jump = lines[0][1] - rate, lines[-1][1] - lines[0][1]
     size = float(np.hypot(*jump))
     normal = -jump / size if size > 0 else np.zeros(2)
-    angle, spin = _turning(run, sides, time_s)
+    angle, spin, spun = _turning(run, sides, time_s)
     slip = float(velocity[1] * normal[0] - velocity[0] * normal[1]) + run.radius_m * spin
     # The wall is pushed outwards, a cylinder in the middle towards the Host's centre: friction turns the jump, not the
     # place.
     push_rad = math.atan2(place[1], place[0]) + (0.0 if place @ normal >= 0.0 else math.pi)
-    return Contact(float(place[0]), float(place[1]), max(float(velocity @ normal), 0.0), angle, slip, push_rad)
+    return Contact(float(place[0]), float(place[1]), max(float(velocity @ normal), 0.0), angle, slip, push_rad, spun)
 
 
-def _turning(run: RunData, sides: Sequence[NDArray[np.int64]], time_s: float) -> tuple[float, float]:
-    """The disk's angle (rad) at a contact between frames of two ``sides``, and its spin before (rad/s); zeros where no
-    angle was seen."""
+def _turning(run: RunData, sides: Sequence[NDArray[np.int64]], time_s: float) -> tuple[float, float, float]:
+    """The disk's angle (rad) at a contact between frames of two ``sides``, its spin before and what it gains (rad/s);
+    zeros where no angle was seen."""
     seen = [at[run.angle_sd_rad[at] < NO_ANGLE_SD_RAD] for at in sides]
     lines = [_line(run.time_s[at] - time_s, run.angle_rad[at]) for at in seen if len(at)]
     if not lines:
-        return 0.0, 0.0
-    return float(np.mean([line[0] for line in lines])), float(lines[0][1]) if len(seen[0]) else 0.0
+        return 0.0, 0.0, 0.0
+    before = float(lines[0][1]) if len(seen[0]) else 0.0
+    spun = float(lines[-1][1] - lines[0][1])
+    return float(np.mean([line[0] for line in lines])), before, spun
 
 
 def _line(time_s: Array, values: Array) -> tuple[Array, Array]:

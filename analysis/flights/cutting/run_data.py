@@ -30,7 +30,8 @@ LENS_TERMS = [f"lens_{axis}_{i}{j}" for axis in "xy" for i, j in LENS_POWERS]
 
 class Contact(NamedTuple):
     """Where the disk touched the wall, from the Host's centre (m), its normal speed before that (m/s), its angle then
-    (rad), the tangential speed of the contact point before (m/s), and the direction in which it pushed the Host (rad).
+    (rad), the tangential speed of the contact point before (m/s), the direction in which it pushed the Host (rad), and
+    the spin that it gave the disk (rad/s).
     """
 
     x_m: float
@@ -39,6 +40,7 @@ class Contact(NamedTuple):
     angle_rad: float
     slip_m_per_s: float
     push_rad: float
+    spun_rad_per_s: float = 0.0
 
 
 NO_CONTACT = Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -69,7 +69,12 @@ class FlightRegression:
     @property
     def known(self) -> Array:
         """What laws know at all the frames, (N, KNOWN_SIZE)."""
-        return np.vstack([one.know[one.at] for one in self.flights])
+        return np.vstack(self.knowns)
+
+    @property
+    def knowns(self) -> list[Array]:
+        """The same flight by flight."""
+        return [one.know[one.at] for one in self.flights]
 
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (M, T) that a unit of each term adds to the residuals' model."""
@@ -104,14 +109,13 @@ class FlightRegression:
             parts.append(part)
         return np.vstack(parts)
 
-    def seen_beside(self, moved: Callable[[Array], Array]) -> Array:
-        """Columns (M, C) of what moves the disk's picture, not the disk: ``moved`` gives (N, 2, C; m) of what is known
-        at a flight's frames."""
+    def seen_beside(self, moved: Sequence[Array]) -> Array:
+        """Columns (M, C) of what moves the disk's picture, not the disk: ``moved`` at the frames of each flight, along
+        x and y and, where it turns, by an angle (N, 2 or 3, C; m, rad)."""
         parts = []
-        for one in self.flights:
-            place = moved(one.know[one.at])
-            rows = np.zeros((len(place), 3, place.shape[2]))
-            rows[:, :2] = place
+        for one, shift in zip(self.flights, moved, strict=True):
+            rows = np.zeros((len(shift), 3, shift.shape[2]))
+            rows[:, : shift.shape[1]] = shift
             whiten(rows, np.zeros(rows.shape[:2]), one.place, one.angle)
             parts.append(one.projected(rows))
         return np.vstack(parts)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, DIRECTED, LINES, NES_PLACE, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, DIRECTED, LINES, NES_CARD, NES_PLACE, QUANTITIES, TARGETS, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -19,6 +19,8 @@ CHANGES = {
     "clock_delay": (r"\Delta\tau", "delay of all cameras +="),
     "nes_place": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
     "nes_place_outwards": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
+    "nes_card": (r"\Delta\vec s_{\mathrm{NES}}", "place of all markers of the NES +="),
+    "nes_card_turn": (r"\Delta\psi_{\mathrm{NES}}", "turn of all markers of the NES +="),
 }
 #: the same of targets that the number of a camera or a marker stands with
 NUMBERED = {
@@ -65,7 +67,7 @@ def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
 
 def _has_direction(term: Term) -> bool:
     """Whether a term's own direction, or way, stands behind its factors."""
-    return _changed(term) == FLIGHT or term.target in NES_PLACE
+    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, NES_CARD[0])
 
 
 def _changed(term: Term) -> tuple[str, str]:
@@ -95,7 +97,8 @@ def _text_term(term: Term, first: bool) -> str:
             "body": f"({term.x:.3g} rad)",
             "wind": f"({_wind(term)})",
         }.get(own, f"({_place(term)})")
-        parts.append(f"{term.target.removeprefix('nes_place_').replace('nes_place', 'direction')}{at}")
+        way = term.target.removeprefix("nes_place_")
+        parts.append({"nes_place": "direction", "nes_card": "body_direction"}.get(way, way) + at)
     elif TARGETS[term.target].own in DIRECTED:
         parts.append(f"direction({term.y:.3g} rad)")
     return " * ".join(parts)
@@ -171,6 +174,8 @@ def _text_factor(one: Factor, term: Term) -> str:
     if one.function == "within":
         return f"[|{name}| < {one.scale:.4g} {unit}]"
     if one.function == "sawtooth":
+        if not QUANTITIES[one.quantity].circular:
+            return f"sawtooth({name}, every {one.scale:.4g} {unit})"
         return f"sawtooth({name})" if one.order == 1 else f"sawtooth({one.order:g} {name})"
     if one.function in TRAINS:
         return f"{one.function}({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
@@ -242,6 +247,8 @@ def _latex_factor(one: Factor) -> str:
         return rf"\sum_k\,e^{{-\frac{{1}}{{2}}(({symbol}-k\cdot {scale})/{_latex_number(one.order, True)}{unit})^2}}"
     if one.function == "gates":
         return rf"\sum_k\,[\,|{symbol}-k\cdot {scale}|<{_latex_number(0.5 * one.order, True)}{unit}\,]"
+    if one.function == "sawtooth" and not QUANTITIES[one.quantity].circular:
+        return rf"\mathrm{{saw}}({symbol}/{scale})"
     times = f"{one.order:g}" if one.function == "sawtooth" and one.order != 1 else ""
     return rf"\mathrm{{{'saw' if one.function == 'sawtooth' else 'sgn'}}}({times}{symbol})"
 

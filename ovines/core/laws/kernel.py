@@ -14,6 +14,7 @@ from ovines.core.laws.quantities import (
     Q_FROM_CONTACT,
     Q_LAST_APPROACH,
     Q_LAST_SLIP,
+    Q_LAST_SPUN,
     Q_RIM_TURN,
     Q_SINCE_BY_BLOW,
     SHORT,
@@ -82,6 +83,7 @@ def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
     last = Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or Q_RIM_TURN <= code <= Q_LAST_SLIP or code == Q_SINCE_BY_BLOW
+    last = last or code >= Q_LAST_SPUN
     if last and not remembers(known):
         return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
@@ -101,7 +103,9 @@ def factor(row: Floats, at: int, known: Floats) -> float:
             turns = order if function == SAWTOOTH else 1.0
             q = math.atan2(math.sin(turns * q), math.cos(turns * q))
         if function == SAWTOOTH:  # jumps up by 1 at 0 (as often as its order says), and falls in between: mean 0
-            return (0.5 if q > 0.0 else -0.5) - 0.5 * q / (math.pi * scale)
+            if not circular(code):
+                return 0.5 - (q / scale - math.floor(q / scale))
+            return (0.5 if q > 0.0 else -0.5) - 0.5 * q / math.pi
         if function == WITHIN:
             return 1.0 if abs(q) < scale else 0.0
         return math.exp(-0.5 * (q / scale) ** 2)

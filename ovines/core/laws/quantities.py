@@ -16,7 +16,8 @@ from ovines.core.laws import words as W
     Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
     Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER, Q_AIRSPEED,
     Q_HOST_PLACE, Q_ALONG_ROOM, Q_ACCELERATION_AROUND, Q_BREATHING, Q_BREATHING_RATE, Q_BLOWS_HERE, Q_RIM_BLOWS_HERE,
-) = range(57)  # fmt: skip
+    Q_LAST_SPUN, Q_STRUCK_RIM,
+) = range(59)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 
@@ -59,6 +60,10 @@ def of_host_or_contact(code: int, known: Floats) -> float:
         return turn - (known[W.ANGLE] - known[W.LAST_ANGLE]) if code == Q_RIM_TURN else turn
     if code == Q_LAST_SLIP:
         return known[W.LAST_SLIP]
+    if code == Q_LAST_SPUN:
+        return known[W.LAST_SPUN]
+    if code == Q_STRUCK_RIM:
+        return math.atan2(known[W.LAST_Y], known[W.LAST_X]) - known[W.LAST_ANGLE]
     if code == Q_SPIN_LEFT:
         return known[W.SPIN_LEFT]
     if code == Q_SLIDING_DIRECTION:
@@ -223,5 +228,5 @@ def circular(code: int) -> bool:
     return (
         code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
         or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION or code == Q_HEADING or code == Q_SLIDING_HEADING
-        or code == Q_TURNING or code == Q_RIM_TURN
+        or code == Q_TURNING or code == Q_RIM_TURN or code == Q_STRUCK_RIM
     )  # fmt: skip

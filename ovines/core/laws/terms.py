@@ -33,9 +33,9 @@ class Factor:
     ``exponential`` exp(-q / s), ``gaussian`` exp(-(q / s)^2 / 2), ``below`` (1 where q < s), ``sign``, ``pulses``: a
     Gaussian of width n (in q's unit) about every multiple of the period s, ``gates``: 1 over a width n there, ``above``
     max(q - s, 0)^n, ``tanh`` tanh(q / s), ``decay`` exp(-|q| / s), ``rational`` 1 / (1 + |q / s|^n), ``within``
-    (1 where |q| < s), ``sawtooth``: of an angle q taken n times, 1/2 sign(q) - q / (2 pi s), a step up at 0 and even
-    slope elsewhere, ``rising`` 1 - exp(-|q| / s), ``beyond`` (1 where
-    q >= s).
+    (1 where |q| < s), ``sawtooth``: of an angle q taken n times, 1/2 sign(q) - q / (2 pi), a step up at 0 and even
+    slope elsewhere, of anything else such a step at every multiple of the period s, ``rising`` 1 - exp(-|q| / s),
+    ``beyond`` (1 where q >= s).
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     wind of an airspeed (m/s), the angle, instant or value that q counts from in ``x``, for ``along_host`` the line's
@@ -60,8 +60,9 @@ class Factor:
         fine = all(map(math.isfinite, numbers)) and (self.scale > 0 or self.function in THRESHOLDS)
         fine = fine and (self.function not in WITH_POSITIVE_ORDER or self.order > 0)
         if self.function == "sawtooth":  # as often around a whole turn as its order says
+            around = QUANTITIES[self.quantity].circular
             whole = self.order >= 1.0 and float(self.order).is_integer()
-            fine = fine and whole and QUANTITIES[self.quantity].circular and self.scale == 1.0
+            fine = fine and ((whole and self.scale == 1.0) if around else self.order == 1.0)
         own = QUANTITIES[self.quantity].own
         fine = fine and (own not in ("fading", "swinging", "spreading") or self.y > 0)
         fine = fine and (own != "swinging" or self.x > 0) and (own != "spreading" or self.x >= 0)
@@ -177,6 +178,8 @@ def _beside_frames(target: str) -> tuple[str, ...]:
         return W.OF_MARKERS
     if target in W.NES_PLACE:
         return W.OF_NES_PLACE
+    if target in W.NES_CARD:
+        return W.OF_NES_CARD
     if target == "camera_delay":
         return W.OF_CAMERA_DELAY
     return W.OF_NES_PICTURE if target in W.NES_PICTURE else ()

@@ -28,8 +28,9 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: impacts only), angle of the disk (rad) and tangential speed of the contact point (m/s) at the contact before; from
 #: BLOW_TIMES on the times from the run's start (s) of the last impacts, the latest first, from BLOW_SPEEDS on their
 #: normal speeds (m/s; 0 where there was none), from BLOW_WAYS on the directions (rad) in which they pushed the Host,
-#: from BLOW_SIDES on the same seen from the disk, how many impacts the run has had, and whether an impact is at a
-#: cylinder in the middle (1) or at the wall (0)
+#: from BLOW_SIDES on the same seen from the disk, how many impacts the run has had, whether an impact is at a
+#: cylinder in the middle (1) or at the wall (0), and the spin (rad/s) that the contact before gave the disk (of a
+#: measurement only)
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
     CLOCK, SHARE, WALL_SPEED, PASSING, LAST_X, LAST_Y, LAST_APPROACH, HOST_AX, HOST_AY,
@@ -42,7 +43,8 @@ BLOW_WAYS = BLOW_SPEEDS + MOST_BLOWS
 BLOW_SIDES = BLOW_WAYS + MOST_BLOWS
 BLOWS = BLOW_SIDES + MOST_BLOWS
 AT_CYLINDER = BLOWS + 1
-KNOWN_SIZE = AT_CYLINDER + 1
+LAST_SPUN = AT_CYLINDER + 1
+KNOWN_SIZE = LAST_SPUN + 1
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -162,6 +164,11 @@ TARGETS: dict[str, Target] = {
                 "nes_place_outwards", "m", r"\hat r", "", "measurement",
                 "the place where the NES is seen, away from the Host's centre",
             ),
+            (
+                "nes_card", "m", r"\vec e_{\psi}", "body", "measurement",
+                "the place of all markers of the NES on it, along a direction that turns with it",
+            ),
+            ("nes_card_turn", "rad", r"\psi_m", "", "measurement", "the turn of all markers of the NES on it"),
         )
     )
 }  # fmt: skip
@@ -385,6 +392,22 @@ QUANTITIES: dict[str, Quantity] = {
                 "spreading",
                 "the same along the rim, of impacts seen from the disk",
             ),
+            (
+                "last_spun",
+                "rad/s",
+                r"\Delta\omega_c",
+                False,
+                "",
+                "spin that the impact before gave; of measurements only",
+            ),
+            (
+                "struck_rim",
+                "rad",
+                r"\theta_c-\psi_c",
+                True,
+                "angle",
+                "direction of the contact before seen from the disk, as it was then; of measurements only",
+            ),
         )
     )
 }
@@ -415,30 +438,42 @@ TRAINS = ("pulses", "gates")
 #: velocities, accelerations and places along a direction of their own
 ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along", "host_place_along")
 #: angles between things, which no turn of the world changes
-BETWEEN_THINGS = ("phase", "clock", "body_angle", "contact_turn", "heading", "sliding_heading", "rim_turn")
+BETWEEN_THINGS = (
+    *("phase", "clock", "body_angle", "contact_turn", "heading", "sliding_heading", "rim_turn"),
+    "struck_rim",
+)
 #: what knows the contact before: nil without one
-OF_LAST_CONTACT = ("from_contact", "contact_turn", "last_approach", "since_by_blow", "rim_turn", "last_slip")
+OF_LAST_CONTACT = (
+    *("from_contact", "contact_turn", "last_approach", "since_by_blow", "rim_turn", "last_slip"),
+    *("last_spun", "struck_rim"),
+)
 #: what adds up the impacts before: without one, nothing
 OF_BLOWS = (
     *("recent_blows", "blows", "swing", "swing_rate", "ovalling"),
     *("breathing", "breathing_rate", "blows_here", "rim_blows_here"),
 )
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
-OF_FRAMES = ("time", "share", "run", "phase", "clock", "host_acceleration_along")
+OF_FRAMES = (
+    *("time", "share", "run", "phase", "clock"),
+    *("host_acceleration_along", "host_velocity_along", "host_place_along"),
+    *("since", "last_approach", "last_slip", "last_spun", "blows"),
+)
 #: what one of a marker may follow beside: what its body is known to do
-OF_MARKERS = ("spin", "host_velocity_along")
+OF_MARKERS = ("spin", "angle", "speed", "heading", "struck_rim")
 #: what one of the NES in a picture may follow beside, and its targets
-OF_NES_PICTURE, NES_PICTURE = ("angle", "spin"), ("nes_picture_u", "nes_picture_v")
+OF_NES_PICTURE, NES_PICTURE = ("angle", "spin", "speed", "velocity_along"), ("nes_picture_u", "nes_picture_v")
 #: what one of the place where the NES is seen may follow beside, and its targets
 OF_NES_PLACE, NES_PLACE = ("gap", "radius", "along_host", "distance_in_host"), ("nes_place", "nes_place_outwards")
+#: what one of the markers' card on the NES may follow beside, and its targets
+OF_NES_CARD, NES_CARD = ("spin", "angle", "struck_rim"), ("nes_card", "nes_card_turn")
 #: what a camera's delay may follow beside: where and how fast the disk and the Host go, for what a camera sees may tell
 #: it how long to expose
 OF_CAMERA_DELAY = (
     *("along_host", "radius", "gap", "distance_in_host", "azimuth", "speed", "velocity_along", "spin"),
-    *("host_place_along", "host_velocity_along", "host_speed"),
+    "host_speed",
 )
 #: what nothing but a law of the measurement may follow: it is not known while a run goes on
-OF_MEASUREMENTS_ONLY = ("share", "host_place_along")
+OF_MEASUREMENTS_ONLY = ("share", "host_place_along", "last_spun", "struck_rim")
 #: own offset and direction of what is a place along a line, in the Host or the room
 LINES = ("line", "room_line")
 #: what a target's own number and direction are: of a marker, of a camera, of these what has a direction

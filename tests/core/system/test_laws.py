@@ -31,7 +31,7 @@ QUANTITY_CODES = (
     "FROM_CONTACT CONTACT_TURN LAST_APPROACH SPIN_LEFT SLIDING_DIRECTION ACCELERATION_ALONG ACCELERATION_OUTWARDS "
     "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING RIM_TURN LAST_SLIP BLOWS "
     "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER AIRSPEED HOST_PLACE ALONG_ROOM "
-    "ACCELERATION_AROUND BREATHING BREATHING_RATE BLOWS_HERE RIM_BLOWS_HERE"
+    "ACCELERATION_AROUND BREATHING BREATHING_RATE BLOWS_HERE RIM_BLOWS_HERE LAST_SPUN STRUCK_RIM"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -388,7 +388,7 @@ def test_the_hosts_acceleration_has_two_parts_where_the_disk_is():
 
 
 def test_a_sawtooth_is_a_step_of_mean_zero():
-    """Up by one where it stands, falling evenly around, and of angles alone."""
+    """Up by one where it stands, falling evenly around; of what has no turns at every multiple of a period."""
     known = np.zeros(W.KNOWN_SIZE)
     angles = np.linspace(-3.1, 3.1, 1001)
     row = np.array(Term("contact_radius", 1.0, (Factor("azimuth", "sawtooth", x=0.4),)).row())
@@ -399,8 +399,15 @@ def test_a_sawtooth_is_a_step_of_mean_zero():
     assert np.mean(values) == pytest.approx(0.0, abs=0.01)
     assert np.diff(values).max() == pytest.approx(1.0, abs=0.01)
     assert angles[np.argmax(np.diff(values))] == pytest.approx(0.4, abs=0.01)
+    ticks = Term("clock_delay", 2e-4, (Factor("time", "sawtooth", 1.0, 0.05, x=0.01),))
+    row, out = np.array(ticks.row()), []
+    for known[W.TIME] in (0.0101, 0.035, 0.0599, 0.0601):
+        out.append(kernel.size(row, known))
+    assert out == pytest.approx([1e-4, 0.0, -1e-4, 1e-4], abs=1e-6)
+    assert as_text(WrittenLaw((ticks,))).endswith("sawtooth((time - 0.01 s), every 0.05 s)")
+    assert r"\mathrm{saw}" in as_latex(WrittenLaw((ticks,)))
     with pytest.raises(ScenarioError):
-        Factor("speed", "sawtooth")
+        Factor("speed", "sawtooth", 2.0)
 
 
 def test_words_and_compiled_codes_are_the_same():

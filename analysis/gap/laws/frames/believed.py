@@ -23,8 +23,8 @@ def interpolated_misfit(series: Series, laws: Sequence[LawFound]) -> float:
     late = [term for law in laws for term in law.law.terms if term.target == "camera_delay"]
     if not late:
         return 0.0
-    runs = [run.data for run in series.runs]
-    most_s = max(float(np.abs(given(late, known_frames(data.time_s, data))).max()) for data in runs)
+    knowns = [known_frames(run.data.time_s, run.data, run.flights) for run in series.runs]
+    most_s = max(float(np.abs(given(late, known)).max()) for known in knowns)
     always = Term("camera_delay", min(most_s, 0.5 * series.period_s), x=late[0].x)
     moved = without_frame_laws(series, [WrittenLaw((always,))])
     return middle_misfit(first_flights(moved, stated_effects(moved)).fits)

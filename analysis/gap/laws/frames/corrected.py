@@ -11,7 +11,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
-from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.runs import Run
+from analysis.gap.laws.frames.card import without_card
 from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.markers import BODIES, without_markers
 from analysis.gap.laws.frames.rows import key_of, size_of
@@ -20,7 +21,7 @@ from analysis.gap.series import Series, with_points, with_times
 from ovines.camera import Camera
 from ovines.camera.bends import BENDS, bend_px
 from ovines.core.laws.terms import Term, WrittenLaw
-from ovines.core.laws.words import NES_PICTURE, NES_PLACE
+from ovines.core.laws.words import NES_CARD, NES_PICTURE, NES_PLACE
 from ovines.errors import InputError
 from ovines.recording import Recording
 
@@ -37,7 +38,7 @@ def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
     terms = [term for law in laws for term in series.frame.law(law).terms]
     if not terms:
         return series
-    others = ("clock_delay", *BODIES, *NES_PLACE)
+    others = ("clock_delay", *BODIES, *NES_PLACE, *NES_CARD)
     of_cameras = [term for term in terms if term.target not in others]
     if of_cameras:
         series = _without_cameras(series, of_cameras)
@@ -47,20 +48,23 @@ def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
     of_disk = [term for term in terms if term.target in NES_PLACE]
     if of_disk:
         series = without_seen_disk(series, of_disk)
+    of_card = [term for term in terms if term.target in NES_CARD]
+    if of_card:
+        series = without_card(series, of_card)
     late = [term for term in terms if term.target == "clock_delay"]
     if not late:
         return series
 
-    return with_times(series, lambda time_s, data: _true_times(late, time_s, data))
+    return with_times(series, lambda time_s, run: _true_times(late, time_s, run))
 
 
 def true_times(series: Series, law: WrittenLaw) -> list[Array]:
     """Times (N,) of each run's frames by a law of the clock, in whatever order they are then."""
-    return [_true_times(law.terms, run.data.time_s, run.data) for run in series.runs]
+    return [_true_times(law.terms, run.data.time_s, run) for run in series.runs]
 
 
-def _true_times(late: Sequence[Term], time_s: Array, data: RunData) -> Array:
-    return time_s + given(late, known_frames(time_s, data))
+def _true_times(late: Sequence[Term], time_s: Array, run: Run) -> Array:
+    return time_s + given(late, known_frames(time_s, run.data, run.flights))
 
 
 def given(terms: Sequence[Term], known: Array) -> Array:
@@ -76,9 +80,7 @@ def _without_cameras(series: Series, terms: Sequence[Term]) -> Series:
             "leave the law away, or bring the tracks",
         )
     _refuse_strange(terms, len(series.cameras))
-    tracks = tuple(
-        _corrected(one, run.data, series, terms) for one, run in zip(series.tracks, series.runs, strict=True)
-    )
+    tracks = tuple(_corrected(one, run, series, terms) for one, run in zip(series.tracks, series.runs, strict=True))
     points = [
         series.triangulate(one, series.cameras, recording, (0.0, 0.0))
         for one, recording in zip(tracks, series.recordings, strict=True)
@@ -92,13 +94,13 @@ def _refuse_strange(terms: Sequence[Term], cameras: int) -> None:
         raise InputError(f"a law of camera {strange + 1}", f"one of the {cameras} cameras", "correct x of its terms")
 
 
-def _corrected(tracks: pd.DataFrame, data: RunData, series: Series, terms: Sequence[Term]) -> pd.DataFrame:
+def _corrected(tracks: pd.DataFrame, run: Run, series: Series, terms: Sequence[Term]) -> pd.DataFrame:
     assert series.cameras is not None
     parts = []
     for number, camera in enumerate(series.cameras):
         own = tracks[tracks["camera"] == camera.name]
         late = [t for t in terms if key_of(t) == ("camera_delay", number)]
-        known = known_frames(own["time_s"].to_numpy(float), data)
+        known = known_frames(own["time_s"].to_numpy(float), run.data, run.flights)
         bent = [t for t in terms if t.target in BENDS and int(t.x) == number]
         if bent:
             own = _bent_back(own, camera, series.recordings[0], bent, size_of(bent, known))
@@ -108,7 +110,7 @@ def _corrected(tracks: pd.DataFrame, data: RunData, series: Series, terms: Seque
             u_px, v_px = (disk * given(one, known) if one else 0.0 for one in turning)
             own = own.assign(u_px=own["u_px"] - u_px, v_px=own["v_px"] - v_px)
         if late:
-            own = _on_time(own, given(late, known), LONGEST_GAP * data.period_s)
+            own = _on_time(own, given(late, known), LONGEST_GAP * run.data.period_s)
         parts.append(own)
     rest = tracks[~tracks["camera"].isin([camera.name for camera in series.cameras])]
     return pd.concat([*parts, rest]).sort_values(["frame", "camera", "marker"], ignore_index=True)

@@ -127,4 +127,6 @@ def late_camera(series: Series, terms: Sequence[Term]) -> int:
         return 1
     late = rows.columns([replace(term, target="clock_delay", x=0.0) for term in terms]).sum(1)
     early = -4.0 * OF_MEAN * float(late @ rows.problem.residual)  # by how much the first is likelier, in 2 log L
-    return 0 if early > AS_GOOD * rows.problem.excess else 1
+    # A form that bends where the path does not makes either worse than no delay: then it says nothing of which.
+    closer = 0.5 * early > OF_MEAN**2 * float(late @ late)
+    return 0 if closer and early > AS_GOOD * rows.problem.excess else 1

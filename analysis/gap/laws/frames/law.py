@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.gap.laws.belief import believed
 from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound
@@ -15,8 +16,8 @@ from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import late_camera, least_delay_s
 from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidates, marker_candidates, moved_rms
-from analysis.gap.laws.frames.markers import MarkerRows, marker_rows
-from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, picture_rows, view_rows
+from analysis.gap.laws.frames.markers import MarkerRows, marker_rows, restless_markers
+from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, key_of, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
@@ -64,17 +65,24 @@ def find_disk_picture_laws(series: Series, rng: np.random.Generator) -> list[tup
         rows = view_rows(series, NES_PICTURE, camera)
         if rows is None:
             return []
-        found = _law_of(rows, series, rng, disk_candidates(rows))
+        found = _law_of(rows, series, rng, disk_candidates(rows, rng))
         out += [(law, without_frame_laws(series, [law.law])) for law in found]
     return out
 
 
 def find_marker_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
     """Laws of the markers that are told to move on their bodies, each where chance would not find as much and where it
-    is larger than how well markers are glued; and the series without what they say."""
+    is larger than how well markers are glued; of those that nothing has told, where they are believed; and the series
+    without what they say."""
     laws: list[LawFound] = []
     for loose in loose_markers(series):
         found = _marker_law(marker_rows(series, loose.body, loose.marker), series, rng)
+        series = without_frame_laws(series, [one.law for one in found])
+        laws += found
+    known = {key_of(term) for law in laws for term in law.law.terms}
+    for rows in restless_markers(series):
+        found = [] if rows.key in known else _marker_law(rows, series, rng)
+        found = [one for one in found if believed(one, one.size, LOOSE_M) is not None]
         series = without_frame_laws(series, [one.law for one in found])
         laws += found
     return tuple(laws), series
@@ -112,7 +120,7 @@ def _marker_law(rows: MarkerRows | None, series: Series, rng: np.random.Generato
     """The law that rows of a marker ask for: one or none."""
     if rows is None:
         return []
-    found, p = find_law(rows.problem, rows.columns, marker_candidates(rows), rng)
+    found, p = find_law(rows.problem, rows.columns, marker_candidates(rows, rng), rng)
     if found is None:
         return []
     size_m = rows.moved_rms(found.terms, found.coefficients)

@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.runs import Run
 from analysis.gap.laws.frames.known import every_frame, known_frames
 from analysis.gap.laws.frames.rows import Key, key_of, problem_of, size_of
 from analysis.gap.laws.regression.problem import Regression
@@ -31,6 +31,8 @@ TARGETS = {"host": "host_marker", "nes": "nes_marker"}
 BODIES = {target: body for body, target in TARGETS.items()}
 # Gross errors count as so many sds, off the median of so many frames.
 CLIP_SD, NEIGHBOURS = 5.0, 5
+# A marker whose residuals are larger than those of the others, in their squares, may be asked for a law unprompted.
+RESTLESS = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +99,19 @@ def marker_rows(series: Series, body: str, marker: int) -> MarkerRows | None:
     return MarkerRows(problem, known, at, (TARGETS[body], marker), unit)
 
 
+def restless_markers(series: Series) -> list[MarkerRows]:
+    """The marker of each body that moves most beside what the others do, by their noise; none that moves hardly
+    more."""
+    out = []
+    for body in TARGETS if series.points is not None and series.layouts is not None else ():
+        count = len(series.recordings[0].bodies[body].markers)
+        every = [rows for rows in (marker_rows(series, body, marker) for marker in range(count)) if rows is not None]
+        most = max(every, key=lambda rows: rows.problem.excess, default=None)
+        if most is not None and most.problem.excess > RESTLESS:
+            out.append(most)
+    return out
+
+
 def _without_gross(values: Array) -> Array:
     """``values`` (N, 2) with frames that stand out of their neighbours cut: a motion, however uneven, does not."""
     middle = median_filter(values, (NEIGHBOURS, 1), mode="nearest")
@@ -127,7 +142,7 @@ def without_markers(series: Series, terms: Sequence[Term]) -> Series:
         own = [term for term in terms if key_of(term) == key]
         marker = series.recordings[0].bodies[BODIES[key[0]]].markers[key[1]]
         for k, run in enumerate(series.runs):
-            way = partial(_way, own, key[0], data=run.data)
+            way = partial(_way, own, key[0], run=run)
             points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
             if tracks is not None and moved is not None:
                 tracks[k] = moved
@@ -155,10 +170,11 @@ def moved_back(
     return points, tracks
 
 
-def _way(terms: Sequence[Term], target: str, time_s: Array, data: RunData) -> Array:
+def _way(terms: Sequence[Term], target: str, time_s: Array, run: Run) -> Array:
     """How far terms move a marker in the room (N, 2; m) at the times of a run; not at all where the disk's angle is not
     known."""
-    way = size_of(terms, known_frames(time_s, data)) @ np.array([_direction(term) for term in terms])
+    data = run.data
+    way = size_of(terms, known_frames(time_s, data, run.flights)) @ np.array([_direction(term) for term in terms])
     if target == TARGETS["host"]:
         return way
     angle = data.angle_rad[np.clip(np.searchsorted(data.time_s, time_s), 0, len(data.time_s) - 1)]

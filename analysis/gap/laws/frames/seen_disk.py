@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.runs import Run
 from analysis.gap.laws.choice.search import LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
 from analysis.gap.laws.dictionary.modulated import RANGES
@@ -53,11 +53,12 @@ class SeenRows:
 
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (M, T) that a unit of each term adds to the residuals' model."""
-        return self.flights.seen_beside(lambda known: shift(terms, known))
+        return self.flights.seen_beside([shift(terms, known) for known in self.flights.knowns])
 
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (M, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
-        return self.flights.seen_beside(lambda known: shift([term], known) * cut(known)[:, None, :])
+        moved = [shift([term], known) * cut(known)[:, None, :] for known in self.flights.knowns]
+        return self.flights.seen_beside(moved)
 
 
 def find_seen_disk_law(fitted: FlightFit, frame: RigFrame, rng: np.random.Generator) -> tuple[LawFound | None, float]:
@@ -145,7 +146,7 @@ def without_seen_disk(series: Series, terms: Sequence[Term]) -> Series:
         )
     points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
     for k, run in enumerate(series.runs):
-        way = partial(_way, terms, data=run.data)
+        way = partial(_way, terms, run=run)
         for marker in series.recordings[0].bodies["nes"].markers:
             points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
             if tracks is not None and moved is not None:
@@ -153,6 +154,6 @@ def without_seen_disk(series: Series, terms: Sequence[Term]) -> Series:
     return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
 
 
-def _way(terms: Sequence[Term], time_s: Array, data: RunData) -> Array:
+def _way(terms: Sequence[Term], time_s: Array, run: Run) -> Array:
     """How far terms move the disk's picture in the room (N, 2; m) at the times of a run."""
-    return np.nan_to_num(shift(terms, known_frames(time_s, data)).sum(2))
+    return np.nan_to_num(shift(terms, known_frames(time_s, run.data, run.flights)).sum(2))
