@@ -207,7 +207,7 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return along(code, x, known)
     if code == Q_SHARE or code == Q_ANGLE or code == Q_CLOCK:
         return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
-    if Q_BLOWS <= code <= Q_OVALLING or code >= Q_BREATHING:
+    if Q_BLOWS <= code <= Q_OVALLING or Q_BREATHING <= code <= Q_RIM_BLOWS_HERE:
         return of_blows(code, x, y, known)
     if code == Q_PLACE_ALONG_SLIDING:
         return (known[W.HX] - x) * known[W.UX] + (known[W.HY] - y) * known[W.UY]

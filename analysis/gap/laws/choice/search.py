@@ -91,7 +91,7 @@ def find_law(
         beside = scale * _left(held, columns, candidates[best])
         asked = np.isfinite(listed.looked)
         nearer = np.full(len(gains), -np.inf)
-        nearer[asked] = (gains + listed.looked)[asked] * scale / beside - listed.looked[asked]
+        nearer[asked] = (gains[asked] + listed.looked[asked]) * scale / beside - listed.looked[asked]
         shortlist = shortlist_of(held, columns, candidates, nearer, beside)
         shortlist = _with_products(held, columns, shortlist, multipliers, beside)
         part, own = shortlist[0]
