@@ -36,11 +36,14 @@ from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 from ovines.core.laws.words import NES_CARD
 from ovines.errors import InputError
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # Meetings fewer than this tell nothing.  Gross errors count as so many times what all but one in ten miss: a card that
 # stays at its stop for half of the blows steps at the other half alone.
 FEWEST_MEETINGS, MOST_MISSED, USUAL = 8, 3.0, 0.9
+# ... and beside a law so many sds.
+CLIP_SD = 5.0
 # Shares that are rounding alone.
 ROUNDING = 1e-9
 # Parts of a law at the most.
@@ -205,13 +208,28 @@ def find_card_law(fitted: FlightFit, series: Series, rng: np.random.Generator) -
     rows = None if series.points is None else card_rows(fitted)
     if rows is None:
         return None
-    found, p = find_law(rows.problem, rows.columns, card_candidates(rows.known), rng, most_parts=MOST_PARTS)
+    asked = card_candidates(rows.known)
+    found, p = find_law(rows.problem, rows.columns, asked, rng, most_parts=MOST_PARTS)
+    if found is None:
+        return None
+    # Once the form is known, a blow whose sense was read wrongly is a gross error as any other.
+    rows = _without_gross(rows, rows.columns(found.terms) @ found.coefficients)
+    found, p = find_law(rows.problem, rows.columns, asked, rng, most_parts=MOST_PARTS)
     if found is None:
         return None
     moved = pose_shift(found.terms, rows.known) @ found.coefficients
     lever_m = np.array([1.0, 1.0, fitted.fits[0].run.radius_m])
     size_m = float(np.sqrt(np.sum(np.var(moved * lever_m, axis=0))))
     return replace(told_law(rows, found, p, series.frame), size=size_m)
+
+
+def _without_gross(rows: CardRows, explained: Array) -> CardRows:
+    """``rows`` with what a law that has ``explained`` (M,) of them leaves of meetings cut where it is gross."""
+    residual, first = rows.problem.residual.copy(), len(rows.problem.residual) - 3 * len(rows.meetings)
+    left = (residual - explained)[first:].reshape(-1, 3)
+    limit = CLIP_SD * np.maximum(1.0, [residual_sd(column) for column in left.T])
+    residual[first:] = explained[first:] + np.clip(left, -limit, limit).reshape(-1)
+    return replace(rows, problem=replace(rows.problem, residual=residual))
 
 
 def without_card(series: Series, terms: Sequence[Term]) -> Series:

@@ -46,6 +46,8 @@ SWING_STEP, SWINGS = 2.0, 12
 STOPS = (0.3, 1.0)
 # Shares of the Host's usual place, velocity or acceleration from which on something is drawn along.
 DRAWN = 0.5
+# What has corners is no train of less than so many: a step or what settles, of which it would take the place.
+FEWEST_PERIODS = 2.0
 # Overtones that pulses may be found by; their width over their period.
 OVERTONES, PULSE = (1, 2, 3), 0.08
 # Rates about the best one, in this share of the steps in which all were looked at: what has corners has overtones,
@@ -348,13 +350,15 @@ def _lines(
         step = APART / run_s * math.pi / rate
         out.append(Candidate(f"{word}, swinging in time", partial(_swinging, make), (rate,), (step,), (True,), price))
         rate, phase = _finest(even, unit, rate, 2 * math.pi * APART / run_s)
+        if rate * run_s < 2 * math.pi * FEWEST_PERIODS:
+            continue
         near, positive = (FINER * step, ANGLE_STEP), (True, False)
         # A sawtooth rises or falls at its steps.
         for at in (phase - QUARTER, phase + QUARTER):
             ticking = partial(_ticking, make)
             out.append(Candidate(f"{word}, a sawtooth in time", ticking, (rate, at), near, positive, price))
         # Of narrow pulses an overtone may be the strongest: they are at one in so many of its crests.
-        for overtone in OVERTONES:
+        for overtone in (n for n in OVERTONES if rate / n * run_s >= 2 * math.pi * FEWEST_PERIODS):
             pulsing, every = partial(_pulsing, make), rate / overtone
             out += [
                 Candidate(
