@@ -141,12 +141,17 @@ def distance_regression(
     left_m = residual_m - explained_m
     scatter_m = np.sqrt(max(residual_sd(left_m) ** 2 - float(np.median(noise_m)) ** 2, DISTANCE_FLOOR_M**2))
     sd = np.hypot(noise_m, scatter_m)
-    # Gross is what a law that is known to act leaves, not what it explains.
-    weight = _weights(left_m / sd, np.zeros(len(at)), np.full(1, GROSS_SD))
+    # Gross is what a law that is known to act leaves, not what it explains: that is cut then.
+    if held is None:
+        weight = _weights(residual_m / sd, np.zeros(len(at)), np.full(1, GROSS_SD))
+        residual = weight * residual_m / sd
+    else:
+        weight = np.ones(len(at))
+        residual = explained_m / sd + np.clip(left_m / sd, -GROSS_SD, GROSS_SD)
+    nuisances = shapes * (weight / sd)[:, None]
     problem = Regression(
-        weight * residual_m / sd, shapes * (weight / sd)[:, None], np.zeros(shapes.shape[1]), np.arange(len(at)),
-        impacts.data.run.astype(np.int64),
-    )  # fmt: skip
+        residual, nuisances, np.zeros(nuisances.shape[1]), np.arange(len(at)), impacts.data.run.astype(np.int64)
+    )
     return ImpactRegression(problem, known, {"contact_radius": weight / sd}, on_cylinder)
 
 

@@ -26,7 +26,8 @@ from analysis.gap.laws.regression.forms import (
 )
 from analysis.gap.laws.regression.problem import Profile, Regression
 from analysis.gap.selection.null_distribution import by_chance
-from ovines.core.laws.terms import MOST_TERMS
+from ovines.core.laws.terms import MOST_TERMS, Term
+from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
 # Problems of noise drawn; one series in a thousand over four stages, also for further parts of a law; parts of a law at
@@ -40,8 +41,8 @@ MORE_PARTS, LEAST_MORE, LEAST_MORE_GAIN = 3, 0.05, 25.0
 # A further part must explain this share of what the law explains, and so must each number of a form after its first.
 LEAST_SHARE = 0.02
 # Forms are told apart by what the best of them leaves, not by all that there is to explain; no less than this share of
-# that, as no form is the true one to every digit.
-LEAST_LEFT = 0.1
+# that, as no form is the true one to every digit.  What is so many robust sds off it counts as gross.
+LEAST_LEFT, GROSS_SD = 0.1, 5.0
 # Forms whose numbers are searched before one is chosen, those with this share of the best one's gain.
 SHORTLIST, NEAR = 4, 0.7
 # Forms that are multiplied by one quantity more: the first of the shortlist.
@@ -88,12 +89,12 @@ def find_law(
             first_p = p
         if p > least_p or gains[best] < LEAST_SHARE * gained:
             break
-        beside = scale * _left(held, columns, candidates[best])
+        beside, near, weighed = _left(held, columns, candidates[best], scale)
         asked = np.isfinite(listed.looked)
         nearer = np.full(len(gains), -np.inf)
         nearer[asked] = (gains[asked] + listed.looked[asked]) * scale / beside - listed.looked[asked]
-        shortlist = shortlist_of(held, columns, candidates, nearer, beside)
-        shortlist = _with_products(held, columns, shortlist, multipliers, beside)
+        shortlist = shortlist_of(near, weighed, candidates, nearer, beside)
+        shortlist = _with_products(near, weighed, shortlist, multipliers, beside)
         part, own = shortlist[0]
         if own <= 0:
             break
@@ -101,7 +102,7 @@ def find_law(
             break
         if not parts:
             gained = float(gains[best])
-            rivals = _rivals(held, columns, candidates, nearer, shortlist, beside)
+            rivals = _rivals(near, weighed, candidates, nearer, shortlist, beside)
         parts.append(part)
         parts = _replaced(problem, columns, parts, listed)
     if not parts:
@@ -138,17 +139,23 @@ def _with_more(held: Regression, columns: Columns, listed: Listed, best: int, ga
     return chosen[1:]
 
 
-def _left(problem: Regression, columns: Columns, best: Candidate) -> float:
-    """Share of the square of the rows that the ``best`` candidate acts on which it leaves, once the nuisances are
-    taken out, of what was there without it, between :data:`LEAST_LEFT` and 1."""
+def _left(problem: Regression, columns: Columns, best: Candidate, scale: float) -> tuple[float, Regression, Columns]:
+    """``scale``, the variance of the rows, as the ``best`` candidate leaves it where it acts; the problem and its
+    columns with what is gross beside that weighed down: a few rows that are off explain whatever is asked."""
     table = columns(best.terms)
     acts = np.any(table != 0.0, 1)
     beside = problem.with_columns(table)
-    before, after = (
-        (one.residual - one.nuisances @ one.fitted(one.nuisances, one.prior))[acts] for one in (problem, beside)
-    )
-    share = float(after @ after) / max(float(before @ before), 1e-300)
-    return min(max(share, LEAST_LEFT), 1.0)
+    before, after = (one.residual - one.nuisances @ one.fitted(one.nuisances, one.prior) for one in (problem, beside))
+    weight = np.ones(len(after))
+    usual = MEDIAN_TO_SD * float(np.median(np.abs(after[acts]))) if acts.any() else 0.0
+    weight[acts] = np.minimum(1.0, GROSS_SD * usual / np.maximum(np.abs(after[acts]), 1e-300)) if usual > 0 else 1.0
+    left, whole = (float(np.sum((weight * one)[acts] ** 2)) for one in (after, before))
+    near = replace(problem, residual=weight * problem.residual, nuisances=weight[:, None] * problem.nuisances)
+
+    def weighed(terms: Sequence[Term]) -> Array:
+        return np.asarray(weight[:, None] * columns(terms), float)
+
+    return scale * min(max(left / max(whole, 1e-300), LEAST_LEFT), 1.0), near, weighed
 
 
 def _simplest(candidates: Sequence[Candidate], gains: Array) -> int:

@@ -139,11 +139,15 @@ def law_candidates(known: Array) -> list[Candidate]:
 
 def _turned_blow(known: Array) -> list[Candidate]:
     """A blow that is turned against the slip, or with it, as a lining that piles up before the disk turns it: it moves
-    the disk along the wall without a torque, which is missing in the spin then."""
-    slips = np.abs(known[:, W.SLIP])
-    sizes = sorted({float(s) for s in np.quantile(slips, SCALES)}) if len(slips) else []
-    name = "spin added with the approach speed and the slip, bent"
-    return scaled(name, "spin_added", ("slip", "tanh", 1.0), [s for s in sizes if s > 0], (Factor("approach"),))
+    the disk along the wall without a torque, which is missing in the spin then; or one that resists the spin, and stops
+    a slow one."""
+    out = []
+    for word, quantity, column in (("slip", "slip", W.SLIP), ("spin left", "spin_left", W.SPIN_LEFT)):
+        values = np.abs(known[:, column])
+        sizes = sorted({float(s) for s in np.quantile(values, SCALES)}) if len(values) else []
+        name = f"spin added with the approach speed and the {word}, bent"
+        out += scaled(name, "spin_added", (quantity, "tanh", 1.0), sizes, (Factor("approach"),))
+    return out
 
 
 def _ringing(target: str, known: Array) -> list[Candidate]:
