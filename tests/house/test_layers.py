@@ -49,7 +49,7 @@ analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test
     analysis.gap.laws.dictionary analysis.gap.laws.regression
 analysis.gap.laws.choice
 analysis.gap.laws analysis.gap.answer analysis.report.pages
-analysis.gap.laws.frames
+analysis.gap.laws.frames analysis.gap.laws.instead
 analysis.gap.named_laws
 analysis.gap.written_laws
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters

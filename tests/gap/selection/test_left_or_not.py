@@ -122,9 +122,10 @@ def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there
         halves=halves, before=np.ones(8), after=np.zeros(8), fitted=None, shrinkage=lambda rng: (closed, 0.5, 1.0),
     )  # fmt: skip
 
-    def found(runs, steps, frame, rng, least_m_per_s2):
+    def found(runs, steps, frame, rng, least_m_per_s2, search):
         return (law, steps) if law.size >= least_m_per_s2 else (None, steps)
 
+    monkeypatch.setattr(written_laws.FlightSearch, "of", lambda runs, fitted, rng: None)
     monkeypatch.setattr(written_laws, "find_flight_law", found)
     one, after = written_laws._flight_law(ladder, set(left), np.random.default_rng(0), frozenset())
     assert (one is law) == told
