@@ -10,19 +10,13 @@ import numpy as np
 
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
-from analysis.gap.ladder import Ladder, run_ladder, with_contacts_of, with_leaning_wall
-from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
+from analysis.gap.ladder import Ladder, with_contacts_of, with_leaning_wall
+from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_law
 from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
-from analysis.gap.laws.flight_law import find_flight_law, force_gain
+from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
-from analysis.gap.laws.frames.card import find_card_law
-from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
-from analysis.gap.laws.frames.corrected import without_frame_laws
-from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
-from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
-from analysis.gap.laws.frames.seen_disk import find_seen_disk_law
+from analysis.gap.laws.frames.asked import measurement_laws, seen_disk_law
 from analysis.gap.laws.impact_law import (
     ACTS_ON,
     find_impact_law,
@@ -34,8 +28,6 @@ from analysis.gap.laws.impact_law import (
 from analysis.gap.laws.instead.flights import flight_law_beyond, flight_law_instead
 from analysis.gap.laws.instead.impacts import restitution_law_instead, without_effects
 from analysis.gap.laws.instead.wall import wall_law_instead
-from analysis.gap.measurement.body_residuals import LOOSE_M
-from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
 from analysis.gap.selection.impact_steps import ImpactSteps
@@ -49,10 +41,6 @@ from analysis.gap.thresholds import (
 
 #: coordinate of an impact that a law's target is one of
 COORDINATES = {target: coordinate for coordinate, targets in ACTS_ON.items() for target in targets}
-# A force that gains this share of what a law of where the disk is seen gains is told in its place.
-MOST_BY_A_FORCE = 0.9
-# A camera's law that makes the flights fit worse than this is none of a camera.
-WORSE = 1.01
 
 
 def write_laws(
@@ -64,10 +52,8 @@ def write_laws(
 
     A law comes on top of what the named effects explain, and is asked of the same runs; one of the measurement is taken
     out first, and everything asked again."""
-    measured, ladder = _measurement_laws(ladder, rng, withheld)
-    card, ladder = _card_law(ladder, rng, withheld)
-    measured = (*measured, *card)
-    seen, ladder = _seen_disk_law(ladder, rng, withheld)
+    measured, ladder = measurement_laws(ladder, rng, withheld)
+    seen, ladder = seen_disk_law(ladder, rng, withheld)
     if seen:  # nothing else is left
         return (*measured, *seen), ladder
     left = {one.stage for one in ladder.structure}
@@ -91,52 +77,6 @@ def write_laws(
         ladder = replace(ladder, structure=tuple(structure))
     laws += found
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
-
-
-def _card_law(
-    ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
-) -> tuple[tuple[LawFound, ...], Ladder]:
-    """The law of how the card with the disk's markers lies on it, and the ladder of the series without it; asked of
-    every series, for what stays from blow to blow no probe tells."""
-    law = find_card_law(ladder.flights.named, ladder.series, rng)
-    if law is None or believed(law, law.size, LOOSE_M) is None:
-        return (), ladder
-    again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
-    if _misfit(again) > WORSE * _misfit(ladder):
-        return (), ladder
-    one = structure_of_law(law, "measurement", "x", law.size, LOOSE_M)
-    one = replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: the markers' card moves on the NES")
-    structure = tuple(sorted([one, *again.structure], key=lambda one: -one.strength))
-    return (law,), replace(again, measured=ladder.measured, structure=structure)
-
-
-def _seen_disk_law(
-    ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
-) -> tuple[tuple[LawFound, ...], Ladder]:
-    """The law of where the disk is seen beside where it is, and the ladder of the series without it.
-
-    Only where flights have something left, and nothing of them, the impacts or the wall has without it: a force that
-    bends paths leaves them bent wherever their pictures are moved to.  And only where no force says nearly as much: a
-    floor that leans with the Host's place moves the disk as a picture that is stretched along one direction does, and
-    leaves the wall round."""
-    left = {one.stage for one in ladder.structure}
-    if "flight" not in left or left & {"measurement", "drive"} or ladder.series.points is None:
-        return (), ladder
-    law, seen_gain = find_seen_disk_law(ladder.flights.named, ladder.series.frame, rng)
-    least_m = STILL_SHARE * ladder.series.contact_radius_m
-    if law is None or law.size <= least_m or law.closed <= UNPROMPTED_CLOSED:
-        return (), ladder
-    again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
-    if again.structure or _misfit(again) > _misfit(ladder):
-        return (), ladder
-    if force_gain(ladder.series.runs, ladder.flights.named, rng) > MOST_BY_A_FORCE * seen_gain:
-        return (), ladder
-    one = structure_of_law(law, "measurement", "x", law.size, least_m)
-    structure = replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: the disk is seen beside where it is")
-    # A shape of the wall that shows only once the picture is moved is what the law, read off flights, misses there.
-    named = {cause.effect for cause in ladder.causes}
-    causes = tuple(c for c in again.causes if c.stage != "geometry" or c.effect in named)
-    return (law,), replace(again, measured=ladder.measured, structure=(structure,), causes=causes)
 
 
 def _flight_law(
@@ -303,66 +243,3 @@ def _surely_effect(law: LawFound, ladder: Ladder, fits: Sequence[FlightFits]) ->
         return None
     sizes = impact_law_sizes(law, impacts, fits)
     return name if believed(law, *sizes["restitution"]) is not None else None
-
-
-def _measurement_laws(
-    ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
-) -> tuple[tuple[LawFound, ...], Ladder]:
-    """Laws of cameras, markers and clocks where something is left in the measurement or beside the drive, and the
-    ladder of the series without what they say, in which what is left of the measurement stays told."""
-    told = [one for one in ladder.structure if one.stage == "measurement"]
-    laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
-    asked = bool(told)
-    if told or delay_follows(series):
-        found, corrected = find_frame_laws(series, rng)
-        if not told:  # what nothing else asked for is believed by itself only
-            found = tuple(one for one in found if believed(one, 1.0, 0.0) is not None)
-            corrected = without_frame_laws(series, [one.law for one in found])
-        if found:
-            again = run_ladder(corrected, rng, withheld)
-            misfit = _misfit(again) / WORSE
-            if misfit <= _misfit(ladder) or misfit <= interpolated_misfit(ladder.measured, found):
-                laws, series, best = (*laws, *found), corrected, again
-                told = told or [_delay_structure(one, ladder) for one in found]
-    if asked:
-        # The disk alone in one view: the two say how they miss each other, flights which of them is off.
-        seen = [(law, run_ladder(without, rng, withheld)) for law, without in find_disk_picture_laws(series, rng)]
-        law, again = min(seen, key=lambda one: _misfit(one[1]), default=(None, ladder))
-        if law is not None and _misfit(again) <= WORSE * _misfit(best):
-            laws, series, best = (*laws, law), again.measured, again
-    # Markers of a body against each other: flights know nothing of them.
-    found, corrected = find_marker_laws(series, rng)
-    if found:
-        laws, series, best = (*laws, *found), corrected, run_ladder(corrected, rng, withheld)
-        told = told or [_marker_structure(one) for one in found]
-    # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
-    # that sweeps passes for a clock: the disk's flights are asked, too.
-    clock, corrected = find_clock_law(series, rng)
-    if clock is not None and believed(clock, 1.0, 0.0) is not None:
-        again = run_ladder(corrected, rng, withheld)
-        if _misfit(again) < _misfit(best):
-            laws, best = (*laws, clock), again
-            told = told or [structure_of_clock(clock, ladder.series.period_s)]
-    if not laws:
-        return (), ladder
-    others = [one for one in best.structure if one.stage != "measurement"]
-    structure = tuple(sorted([*told, *others], key=lambda one: -one.strength))
-    return laws, replace(best, measured=ladder.measured, structure=structure)
-
-
-def _misfit(ladder: Ladder) -> float:
-    """What the nominal model's flights leave per freedom in the frames' stated sds, in the middle flight: effects named
-    may have imitated a clock, and so may the noise that flights show."""
-    return middle_misfit(ladder.flights.nominal.fits)
-
-
-def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
-    """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
-    one = structure_of_law(law, "measurement", "x", law.size, least_delay_s(ladder.series))
-    return replace(one, phase="all", unit="s", goes_with=f"{one.goes_with}: the delay of a camera changes")
-
-
-def _marker_structure(law: LawFound) -> Structure:
-    """What a law of a marker leaves that no mean over a part of the runs has shown."""
-    one = structure_of_law(law, "measurement", "x", law.size, LOOSE_M)
-    return replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: a marker moves on its body")

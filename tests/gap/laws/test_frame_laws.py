@@ -13,9 +13,9 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.picture import REFOCUS_PX
 from analysis.blind.series import make_series
-from analysis.gap import written_laws
 from analysis.gap.diagnose import verdict_of
 from analysis.gap.ladder import run_ladder
+from analysis.gap.laws.frames import asked as of_measurement
 from analysis.gap.laws.frames import law as clock_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import changing, given, without_lasting_bends
@@ -194,14 +194,15 @@ def searches(monkeypatch):
     the series that they leave."""
 
     def found(misfits, frames=None, picture=(), clock=None):
-        monkeypatch.setattr(written_laws, "changed_picture_laws", lambda series: ())
-        monkeypatch.setattr(written_laws, "delay_follows", lambda series: False)
-        monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: frames or ((), series))
-        monkeypatch.setattr(written_laws, "find_marker_laws", lambda series, rng: ((), series))
-        monkeypatch.setattr(written_laws, "find_disk_picture_laws", lambda series, rng: list(picture))
-        monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: clock or (None, series))
+        monkeypatch.setattr(of_measurement, "changed_picture_laws", lambda series: ())
+        monkeypatch.setattr(of_measurement, "delay_follows", lambda series: False)
+        monkeypatch.setattr(of_measurement, "find_frame_laws", lambda series, rng: frames or ((), series))
+        monkeypatch.setattr(of_measurement, "find_marker_laws", lambda series, rng: ((), series))
+        monkeypatch.setattr(of_measurement, "find_disk_picture_laws", lambda series, rng: list(picture))
+        monkeypatch.setattr(of_measurement, "find_clock_law", lambda series, rng: clock or (None, series))
+        monkeypatch.setattr(of_measurement, "_card_law", lambda series, ladder, rng, withheld: (None, ladder))
         monkeypatch.setattr(
-            written_laws, "run_ladder", lambda series, rng, withheld: asked(misfits[series], measured=series)
+            of_measurement, "run_ladder", lambda series, rng, withheld: asked(misfits[series], measured=series)
         )
 
     return found
@@ -212,7 +213,24 @@ def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(searches, stage
     """A drive that sweeps passes for a clock (a chirp of the second trial did): the disk's flights then fit worse."""
     law, before = a_law(), asked(1.17, stage)
     searches({"corrected": 2.04, "in other times": 2.04}, ((law,), "corrected"), clock=(law, "in other times"))
-    assert written_laws._measurement_laws(before, np.random.default_rng(0), frozenset()) == ((), before)
+    assert of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset()) == ((), before)
+
+
+def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, monkeypatch):
+    """And what was told of the measurement stays told beside it."""
+    law, card, before, asked_of = a_law(), a_law(), asked(1.17), []
+    searches({"corrected": 1.1}, ((law,), "corrected"))
+
+    def of_card(series, ladder, rng, withheld):
+        asked_of.append(series)
+        return card, asked(1.05, "flight", "without the card, too")
+
+    monkeypatch.setattr(of_measurement, "_card_law", of_card)
+    monkeypatch.setattr(of_measurement, "_card_structure", lambda law: SimpleNamespace(stage="measurement", strength=9))
+    found, after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
+    assert found == (law, card) and asked_of == ["corrected"]
+    assert [one.stage for one in after.structure] == ["measurement", "measurement", "flight"]
+    assert after.measured == before.measured
 
 
 @pytest.mark.parametrize(("first", "second", "kept"), [(1.5, 1.19, None), (1.3, 1.175, 1), (1.1, 1.16, 0)])
@@ -221,9 +239,9 @@ def test_a_picture_of_the_disk_is_the_cameras_whose_law_the_flights_believe(sear
     flights fit best, and none where they fit worse without either than with both."""
     laws, before = (a_law(), a_law()), asked(1.17)
     searches({"first": first, "second": second}, picture=[(laws[0], "first"), (laws[1], "second")])
-    found, after = written_laws._measurement_laws(before, np.random.default_rng(0), frozenset())
+    found, after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
     assert found == (() if kept is None else (laws[kept],))
-    assert written_laws._misfit(after) == pytest.approx(1.17 if kept is None else (first, second)[kept])
+    assert of_measurement._misfit(after) == pytest.approx(1.17 if kept is None else (first, second)[kept])
     assert after.measured == before.measured and after.structure == before.structure
 
 
@@ -235,7 +253,7 @@ def test_a_camera_with_a_clock_of_its_own_has_a_law(tmp_path):
     write_series(made, tmp_path / "series")
     series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
     ladder = run_ladder(series, np.random.default_rng(0))
-    (law,), _ = written_laws._measurement_laws(ladder, np.random.default_rng(0), frozenset())
+    (law,), _ = of_measurement.measurement_laws(ladder, np.random.default_rng(0), frozenset())
     assert {term.target for term in law.law.terms} == {"camera_delay"}
     assert law.closed > 0.8
     time_s = series.runs[0].data.time_s

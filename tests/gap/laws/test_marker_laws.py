@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from analysis.blind.plant.host import HOST_M_PER_S2
-from analysis.gap import written_laws
 from analysis.gap.laws.dictionary.candidate import named_numbers, with_coefficients
+from analysis.gap.laws.frames import asked as of_measurement
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.law import find_marker_laws
 from analysis.gap.measurement.loose_markers import GOES_WITH, with_its_body
@@ -61,12 +61,13 @@ def test_without_the_marker_everything_is_asked_again(loaded, monkeypatch):
     """What was told stays told.  Before, the frames that the marker pulled with it were a scatter of the trigger."""
     _, series = loaded("unknown_bent_tab", 1.0, 4, "white", RUNS)
     assert measurement_tests(series).findings["trigger_jitter"].found
-    monkeypatch.setattr(written_laws, "find_frame_laws", lambda series, rng: ((), series))
-    monkeypatch.setattr(written_laws, "find_clock_law", lambda series, rng: (None, series))
+    monkeypatch.setattr(of_measurement, "find_frame_laws", lambda series, rng: ((), series))
+    monkeypatch.setattr(of_measurement, "find_clock_law", lambda series, rng: (None, series))
+    monkeypatch.setattr(of_measurement, "_card_law", lambda series, ladder, rng, withheld: (None, ladder))
     again = []
-    monkeypatch.setattr(written_laws, "run_ladder", lambda one, rng, withheld: again.append(one) or Asked(one, ()))
+    monkeypatch.setattr(of_measurement, "run_ladder", lambda one, rng, withheld: again.append(one) or Asked(one, ()))
     before = Asked(series, tuple(rigid_structure(series)))
-    (law,), after = written_laws._measurement_laws(before, np.random.default_rng(0), frozenset())
+    (law,), after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
     assert law.law.terms[0].target == "host_marker"
     assert (after.measured, after.structure) == (series, before.structure)
     assert not rigid_structure(again[0]) and not measurement_tests(again[0]).findings["trigger_jitter"].found

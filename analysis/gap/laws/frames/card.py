@@ -23,7 +23,7 @@ from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.dictionary import after_blows, settled, struck_rim, swung_round, with_spin
+from analysis.gap.laws.frames.forms.followed import after_blows, settled, struck_rim, swung_round, with_spin
 from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.markers import moved_back
 from analysis.gap.laws.frames.rows import size_of

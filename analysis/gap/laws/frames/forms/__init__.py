@@ -1,0 +1,1 @@
+"""Forms of laws of the measurement: what each may follow, and the rates that are scanned."""
