@@ -25,7 +25,7 @@ def believed(law: LawFound, size: float, least: float) -> LawFound | None:
 
 def structure_of_law(law: LawFound, stage: str, coordinate: str, size: float, least: float) -> Structure:
     """What a law that nothing else asked for leaves to be told: it goes with what the law's first term follows."""
-    follows = [QUANTITIES[factor.quantity].meaning for factor in law.law.terms[0].factors]
+    follows = [QUANTITIES[factor.quantity].told for factor in law.law.terms[0].factors]
     gain = float(np.sum(law.before - law.after))
     unit = "m" if stage == "geometry" else "1"
     goes_with = " and ".join(f"the {one}" for one in follows) or "nothing: a constant"

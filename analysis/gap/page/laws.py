@@ -179,7 +179,7 @@ def evidence_figure(found: Evidence) -> Figure:
     ):
         ax.errorbar(x, shown * values[order], shown * sd[order], fmt="o", ms=3.5, lw=1, color=colour, label=name)
     ax.plot(x, shown * found.law[order], color=BLACK, lw=1.2, label="the law")
-    told = QUANTITIES[found.name].meaning
+    told = QUANTITIES[found.name].told
     label(ax, f"{told} [{unit}]" if unit != "1" else told, missing, math=False)
     legend(ax)
     return figure

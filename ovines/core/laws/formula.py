@@ -305,7 +305,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
             elif quantity.own == "turning":
                 # The formula writes it by the azimuth and the time.
                 for part in ("azimuth", "time"):
-                    out[QUANTITIES[part].symbol] = QUANTITIES[part].meaning
+                    out[QUANTITIES[part].symbol] = QUANTITIES[part].told
                 continue
-            out[quantity.symbol] = quantity.meaning + own
+            out[quantity.symbol] = quantity.told + own
     return list(out.items())

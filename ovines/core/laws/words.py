@@ -185,6 +185,11 @@ class Quantity:
     own: str
     meaning: str
 
+    @property
+    def told(self) -> str:
+        """What it is, without which laws may follow it."""
+        return self.meaning.partition(";")[0]
+
 
 QUANTITIES: dict[str, Quantity] = {
     name: Quantity(code, unit, symbol, circular, own, meaning)
