@@ -80,16 +80,17 @@ class FlightSearch:
             self, rows=replace(self.rows, problem=fewer), listed=replace(self.listed, looked=np.array(price, float))
         )
 
-    def outdone(self, names: Sequence[str], leave_out: Callable[[Candidate], bool]) -> float:
+    def outdone(self, names: Sequence[str], leave_out: Callable[[Candidate], bool]) -> tuple[float, float]:
         """By how much (fall of -2 log L of runs held out, unknowns paid) the best single form that is not to be left
-        out says more than the columns ``names`` of the fit do; negative where these say more."""
+        out says more than the columns ``names`` of the fit do, negative where these say more; and how much these
+        say."""
         own, without = self._columns(names), self.without(names, leave_out)
         problem, scale = without.rows.problem, self.rows.problem.excess
         forms = forms_of(problem, own, [list(range(own.shape[1]))])
         named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / scale - PER_UNKNOWN * own.shape[1]
         gains = without.listed.gains(problem, scale)[1]
         best, gain = shortlist_of(problem, self.rows.columns, without.listed.candidates, gains, scale)[0]
-        return gain - PER_UNKNOWN * best.unknowns - named
+        return gain - PER_UNKNOWN * best.unknowns - named, named
 
     def _held(self) -> list[str]:
         """Names of the problem's nuisances."""

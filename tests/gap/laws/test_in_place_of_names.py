@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from analysis.gap.laws.flight_search import FlightSearch
-from analysis.gap.laws.instead.flights import OUTDOES, flight_law_beyond
+from analysis.gap.laws.instead.flights import flight_law_beyond
 from analysis.gap.laws.instead.impacts import restitution_law_instead
-from analysis.gap.laws.instead.own_forms import is_own_form
+from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
 from analysis.gap.selection.flight_candidates import gain_of
 from analysis.gap.selection.flight_causes import term_cause
 from analysis.gap.selection.flight_steps import first_flights, named_terms_of, select_flight_effects
@@ -63,7 +63,7 @@ def test_a_name_that_runs_held_out_want_less_gives_way(loaded):
     cause = term_cause(gain_of(named, viscous, steps.units), named, series, steps.units)
     steps = replace(steps, named=named, causes=(cause,), structure=())
     search = FlightSearch.of(series.runs, named, np.random.default_rng(0))
-    assert search.outdone(viscous.columns, is_own_form) > OUTDOES
+    assert search.outdone(viscous.columns, is_own_form)[0] > OUTDOES
     law, fewer = flight_law_beyond(search, steps, series.frame, np.random.default_rng(0), 0.0)
     assert named_terms_of(fewer) == [] and law.closed > 0.8, as_text(law.law)
 
@@ -80,5 +80,5 @@ def test_no_formula_says_more_of_flights_than_the_true_name(loaded, name, column
     _, series = loaded(name, 1.0, 3, runs=3)
     steps, search = named_flights(series)
     assert [term.name for term in named_terms_of(steps)] == [name]
-    assert search.outdone(columns, is_own_form) < 0
+    assert search.outdone(columns, is_own_form)[0] < 0
     assert flight_law_beyond(search, steps, series.frame, np.random.default_rng(0), 0.0) is None

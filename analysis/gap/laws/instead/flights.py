@@ -7,17 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.laws.belief import believed
+from analysis.gap.laws.choice.search import LEAST_SHARE
 from analysis.gap.laws.flight_law import find_flight_law, squared_errors
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.instead.own_forms import AS_WELL, is_own_form
+from analysis.gap.laws.instead.own_forms import AS_WELL, OUTDOES, is_own_form
 from analysis.gap.selection.flight_steps import FlightSteps, beside_law, named_terms_of, still_accepted, without_names
 from analysis.gap.selection.flights.terms import EFFECT_TERMS, FlightTerm
 from analysis.motion.rig_frame import RigFrame
-
-# By so much (fall of -2 log L of runs held out) a formula must say more than names that leave nothing: the best of a
-# few that are nearly the true name says 9 more by chance once in a hundred series, 16 more once in some thousands.
-OUTDOES = 16.0
 
 
 def flight_law_instead(
@@ -48,9 +45,9 @@ def flight_law_beyond(
     motion."""
     named = named_terms_of(steps)
     every = [[term] for term in named] + ([named] if len(named) > 1 else [])
-    outdone = [(search.outdone(_columns(gone), is_own_form), gone) for gone in every]
+    outdone = [(_margin(search, _columns(gone)), gone) for gone in every]
     margin, gone = max(outdone, key=lambda one: one[0], default=(0.0, []))
-    found = _without(search, steps, gone, frame, rng) if margin > OUTDOES else None
+    found = _without(search, steps, gone, frame, rng) if margin > 0 else None
     if found is None or believed(found[0], found[0].size, least_m_per_s2) is None:
         return None
     beside_names = float(np.sum(squared_errors(search.runs, steps.named)))
@@ -78,6 +75,13 @@ def _without(
             return alone, beside_law(fewer, alone.fitted[1], [term for term in out if term not in remaining])
         kept += needed
     return None
+
+
+def _margin(search: FlightSearch, names: Sequence[str]) -> float:
+    """By how much a formula says more of runs held out than names do, less what it must say more: of strong effects a
+    share, too, for no model is true to every digit."""
+    more, named = search.outdone(names, is_own_form)
+    return more - max(OUTDOES, LEAST_SHARE * named)
 
 
 def _columns(terms: Sequence[FlightTerm]) -> list[str]:

@@ -13,15 +13,16 @@ from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
-from analysis.gap.laws.choice.search import AS_GOOD, LEVEL_BELIEVED, LEVEL_WHERE_LEFT
+from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, needless_beside
 from analysis.gap.laws.impact_rows import law_regression, of_target, usual_scatter
-from analysis.gap.laws.instead.own_forms import is_own_form
+from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
 from analysis.gap.laws.regression.problem import held_out_squares
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.motion.rig_frame import RigFrame
+from ovines.core.laws.terms import Term
 
 Array = NDArray[np.float64]
 #: unknowns of an effect of the restitution
@@ -57,7 +58,7 @@ def restitution_law_instead(
     else:
         return None
     cost, cost_alone = _costs(impacts, fits, ((law, steps), (alone, fewer)))
-    return (alone, fewer) if cost_alone <= cost - (AS_GOOD if law is None else 0.0) else None
+    return (alone, fewer) if cost_alone <= cost - (OUTDOES if law is None else 0.0) else None
 
 
 def without_effects(steps: ImpactSteps, names: Sequence[str]) -> ImpactSteps:
@@ -77,18 +78,34 @@ def _costs(
     impacts: ImpactFit, fits: Sequence[FlightFits], models: Sequence[tuple[LawFound | None, ImpactSteps]]
 ) -> list[float]:
     """-2 log L of runs held out by each model of the restitution - a law beside names, or names alone - and the price
-    of its unknowns, at the scatter that the best of them leaves."""
+    of its unknowns, at the scatter that the best of them leaves.  What a law says of friction or spin says nothing for
+    or against names of the restitution."""
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
-    laws = [None if law is None else law.rig_law for law, _ in models]
     scatter = min(
-        usual_scatter(impacts.data, steps.restitution_terms, of_target("restitution", law, known))
-        for law, (_, steps) in zip(laws, models, strict=True)
+        usual_scatter(
+            impacts.data,
+            steps.restitution_terms,
+            None if law is None else of_target("restitution", law.rig_law, known),
+        )
+        for law, steps in models
     )
     out = []
     for law, steps in models:
         rows = law_regression(impacts, fits, steps.restitution_terms, scatter=scatter)
-        squares = held_out_squares(rows.problem, rows.columns([] if law is None else law.rig_law.terms))
-        unknowns = 0 if law is None else len(law.numbers)
+        own, unknowns = _own_part(law)
+        squares = held_out_squares(rows.problem, rows.columns(own))
         unknowns += UNKNOWNS * sum(c.effect in RESTITUTION_EFFECTS for c in steps.causes)
         out.append(float(squares.sum()) + PER_UNKNOWN * unknowns)
     return out
+
+
+def _own_part(law: LawFound | None) -> tuple[list[Term], int]:
+    """A law's terms of the restitution, and how many numbers they have: those of several terms end in their place."""
+    if law is None:
+        return [], 0
+    terms = law.rig_law.terms
+    own = [i for i, term in enumerate(terms) if term.target == "restitution"]
+    if len(terms) == 1:
+        return list(terms), len(law.numbers)
+    places = {str(i + 1) for i in own}
+    return [terms[i] for i in own], sum(name.rpartition("_")[2] in places for name in law.numbers)
