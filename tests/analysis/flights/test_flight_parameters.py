@@ -62,9 +62,9 @@ def test_every_parameter_has_its_own_name_and_changes_the_acceleration():
     constants = {name: value for name, value in vars(P).items() if name.isupper() and isinstance(value, int)}
     # A law's terms, and the blows before, stand side by side: compiled code counts them from the first.
     blows = [name for name in P.INDEX if name.startswith("blow_")]
-    third = len(blows) // 3
-    counted = {"LAW": list(P.LAW_TERMS), "BLOW_TIMES": blows[:third]}
-    counted |= {"BLOW_SPEEDS": blows[third : 2 * third], "BLOW_WAYS": blows[2 * third :]}
+    each = len(blows) // 4
+    lists = ("BLOW_TIMES", "BLOW_SPEEDS", "BLOW_WAYS", "BLOW_SIDES")
+    counted = {name: blows[i * each : (i + 1) * each] for i, name in enumerate(lists)} | {"LAW": list(P.LAW_TERMS)}
     for first, names in counted.items():
         assert [P.INDEX[name] - constants[first] for name in names] == list(range(len(names)))
     named = {name.upper(): P.INDEX[name] for name in set(P.INDEX).difference(*counted.values())}
