@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,8 +122,10 @@ class FlightRegression:
         return np.vstack(parts)
 
 
+@lru_cache(maxsize=1)
 def flight_regression(fitted: FlightFit) -> FlightRegression:
-    """The flights of a fit that may speak for what all share, its free parameters as nuisances."""
+    """The flights of a fit that may speak for what all share, its free parameters as nuisances; of the fit that was
+    asked for last it is at hand."""
     columns = columns_of([n for n in fitted.columns if n in SHARED])
     prior = prior_of([SHARED[c] for c in columns], fitted.fits[0].run.contact_radius_m)
     return regression_of(fitted.fits, fitted.noise, columns, prior)

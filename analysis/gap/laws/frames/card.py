@@ -19,6 +19,7 @@ from analysis.flights.cutting.runs import Run, turned
 from analysis.flights.equation.model import STATES
 from analysis.flights.evidence import flight_rows, usable_flights
 from analysis.flights.fit import FlightFits
+from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
@@ -29,6 +30,7 @@ from analysis.gap.laws.frames.markers import moved_back
 from analysis.gap.laws.frames.rows import size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
+from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.loose_markers import angle_at
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.series import Series, with_points
@@ -48,6 +50,8 @@ CLIP_SD = 5.0
 ROUNDING = 1e-9
 # Parts of a law at the most.
 MOST_PARTS = 2
+# What moves markers by less than this share of what counts does not come to count without the gross blows.
+CLEARLY_LESS = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,17 +214,21 @@ def find_card_law(fitted: FlightFit, series: Series, rng: np.random.Generator) -
         return None
     asked = card_candidates(rows.known)
     found, p = find_law(rows.problem, rows.columns, asked, rng, most_parts=MOST_PARTS)
-    if found is None:
+    radius_m = fitted.fits[0].run.radius_m
+    if found is None or _size_m(found, rows, radius_m) < CLEARLY_LESS * LOOSE_M:
         return None
     # Once the form is known, a blow whose sense was read wrongly is a gross error as any other.
     rows = _without_gross(rows, rows.columns(found.terms) @ found.coefficients)
     found, p = find_law(rows.problem, rows.columns, asked, rng, most_parts=MOST_PARTS)
     if found is None:
         return None
+    return replace(told_law(rows, found, p, series.frame), size=_size_m(found, rows, radius_m))
+
+
+def _size_m(found: Found, rows: CardRows, radius_m: float) -> float:
+    """RMS over all frames of how far a law moves the markers at the rim off their mean place."""
     moved = pose_shift(found.terms, rows.known) @ found.coefficients
-    lever_m = np.array([1.0, 1.0, fitted.fits[0].run.radius_m])
-    size_m = float(np.sqrt(np.sum(np.var(moved * lever_m, axis=0))))
-    return replace(told_law(rows, found, p, series.frame), size=size_m)
+    return float(np.sqrt(np.sum(np.var(moved * [1.0, 1.0, radius_m], axis=0))))
 
 
 def _without_gross(rows: CardRows, explained: Array) -> CardRows:
