@@ -4,13 +4,14 @@ the cause does not.  The plant's causes, in view: no blind result."""
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.instead.flights import flight_law_beyond
-from analysis.gap.laws.instead.impacts import restitution_law_instead
+from analysis.gap.laws.instead.impacts import _own_part, restitution_law_instead
 from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
 from analysis.gap.selection.flight_candidates import gain_of
 from analysis.gap.selection.flight_causes import term_cause
@@ -20,6 +21,7 @@ from analysis.gap.selection.flights.model import with_free
 from analysis.gap.selection.flights.terms import EFFECT_TERMS
 from analysis.gap.selection.impact_steps import select_impact_effects
 from ovines.core.laws.formula import as_text
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from tests.gap.conftest import laws_and_ladder
 from tests.gap.laws.test_memory_laws import EFFECTS, quantities
 
@@ -52,6 +54,17 @@ def test_no_formula_says_more_of_the_restitution_than_the_true_name(loaded, name
     steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)
     assert name in {cause.effect for cause in steps.causes}
     assert restitution_law_instead(None, steps, flights.fits, series.frame, rng) is None
+
+
+def test_what_a_formula_says_of_the_spin_says_nothing_against_a_name_of_the_restitution():
+    """Of its terms and numbers only those of the restitution count: a drift had lost to a formula by what its other
+    part said of the spin."""
+    drift, side = Term("restitution", 0.1, (Factor("run"),)), Term("restitution", 0.1, (Factor("azimuth", "cosine"),))
+    spin = Term("spin_added", 0.02, (Factor("approach", "exponential", 1.0, 0.5),))
+    numbers = dict.fromkeys(("coefficient_1", "coefficient_2", "coefficient_3", "azimuth_rad_3", "approach_scale_2"))
+    law = SimpleNamespace(rig_law=WrittenLaw((drift, spin, side)), numbers=numbers)
+    assert _own_part(law) == ([drift, side], 3)
+    assert _own_part(None) == ([], 0)
 
 
 def test_a_name_that_runs_held_out_want_less_gives_way(loaded):
