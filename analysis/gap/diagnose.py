@@ -4,8 +4,9 @@ would have been seen.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,14 +19,15 @@ from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.next_test.choice import NextTests, next_tests
 from analysis.gap.prediction import predict
-from analysis.gap.prediction.detectable import detectable_sizes
+from analysis.gap.prediction.detectable import Entry, detectable_sizes
 from analysis.gap.prediction.held_out_errors import held_out_errors
-from analysis.gap.prediction.how_far import HowFar, how_far, shows_in
+from analysis.gap.prediction.how_far import how_far, shows_in
 from analysis.gap.prediction.power import share_seen
 from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.series import Series
 from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test
 from analysis.gap.written_laws import write_laws
+from ovines.workers.beside import made_beside
 
 Array = NDArray[np.float64]
 NORMAL_90 = 1.645
@@ -48,21 +50,37 @@ class Diagnosis:
     actions: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """What a ladder comes to beside its laws: ``causes`` with their sizes, ``estimates`` of all parameters, held-out
+    ``errors`` and ``predictions``, the ``gap``'s entry and its ``excess`` by stage, the next ``tests``, ``detectable``
+    sizes, and the shares of what is unlisted that would have been ``seen``."""
+
+    causes: tuple[Cause, ...]
+    estimates: Estimates
+    errors: dict[str, predict.Errors | None]
+    predictions: pd.DataFrame
+    gap: dict[str, Any]
+    excess: dict[str, float]
+    tests: NextTests | None
+    detectable: dict[str, Entry]
+    seen: dict[str, float]
+
+
 def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Diagnosis:
     """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``).
 
     ``withheld``: effects taken out of the library for a trial (GAP.md, check b)."""
-    laws, ladder = write_laws(run_ladder(series, rng, withheld), rng, withheld)
-    estimates, ladder = estimated(ladder, [law.law for law in laws])
-    causes = ladder.causes
-    errors, table = held_out_errors(ladder, causes)
-    found = how_far(ladder, errors, causes)
+    ladder, chance = run_ladder(series, rng, withheld), rng.spawn(1)[0]
+    with _judged_beside(ladder, chance) as without_laws:
+        laws, last = write_laws(ladder, rng, withheld)
+        judged = without_laws() if last is ladder and not laws else None
+    judged = judged or _judged(last, laws, chance)
+    ladder, estimates = replace(last, causes=judged.causes), judged.estimates
+    causes, errors, tests, seen = judged.causes, judged.errors, judged.tests, judged.seen
     gap: dict[str, Any] = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
-    gap |= found.entry(rng) | {"left_p": ladder.left_p}
-    tests = next_tests(ladder, causes)
+    gap |= judged.gap | {"left_p": ladder.left_p}
     actions = _actions(ladder, tests)
-    detectable = detectable_sizes(ladder)
-    seen = share_seen(ladder, rng.spawn(1)[0])
     told: list[Cause | Structure] = [*causes, *ladder.structure]
     strongest = max(told, key=lambda one: one.strength, default=None)
     summary = {
@@ -73,22 +91,51 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "stage": None if strongest is None else strongest.stage,
         "left": [s.entry() for s in ladder.structure],
         "laws": [law.entry(f"law-{i + 1}.toml", rng) for i, law in enumerate(laws)],
-        "probabilities": probabilities(ladder, causes, detectable, float(np.mean(list(seen.values())))),
+        "probabilities": probabilities(ladder, causes, judged.detectable, float(np.mean(list(seen.values())))),
         "unlisted_seen": seen,
         "parameters": {
             c.effect: {n: _interval(v) for n, v in series.frame.world_parameters(c.effect, c.parameters).items()}
             for c in causes
         },
-        "where": _where(ladder, found),
+        "where": _where(ladder, judged.excess),
         "gap": gap,
-        "detectable": detectable,
+        "detectable": judged.detectable,
         "next_test": " ".join(actions),
         "next_tests": None if tests is None else tests.entry(),
         "drive": ladder.drive.entry(ladder.series.names),
         "nominal": estimates.nominal(series.recordings[0].model),
         "time": time_shares(ladder),
     }
-    return Diagnosis(summary, table, ladder, errors, estimates, laws, actions)
+    return Diagnosis(summary, judged.predictions, ladder, errors, estimates, laws, actions)
+
+
+def _judged(ladder: Ladder, laws: Sequence[LawFound], chance: np.random.Generator) -> _Judged:
+    """What a ladder and its laws come to."""
+    estimates, ladder = estimated(ladder, [law.law for law in laws])
+    errors, table = held_out_errors(ladder, ladder.causes)
+    found = how_far(ladder, errors, ladder.causes)
+    return _Judged(
+        ladder.causes,
+        estimates,
+        errors,
+        table,
+        found.entry(chance),
+        found.excess(),
+        next_tests(ladder, ladder.causes),
+        detectable_sizes(ladder),
+        share_seen(ladder, chance),
+    )
+
+
+@contextmanager
+def _judged_beside(ladder: Ladder, chance: np.random.Generator) -> Iterator[Callable[[], _Judged | None]]:
+    """What the ladder comes to without a law, judged by a second process while this one looks for laws; None where
+    that cannot be. Only where nothing is left: there a law is seldom found, and no work is wasted."""
+    if ladder.structure:
+        yield lambda: None
+        return
+    with made_beside(lambda: _judged(ladder, (), chance)) as judged:
+        yield judged
 
 
 def verdict_of(ladder: Ladder) -> str:
@@ -108,14 +155,12 @@ def _equivalent(causes: Sequence[Cause]) -> list[str]:
     return list(dict.fromkeys([*(c.effect for c in causes), *(r for c in causes for r in c.rivals)]))
 
 
-def _where(ladder: Ladder, found: HowFar) -> list[dict[str, Any]]:
+def _where(ladder: Ladder, excess: Mapping[str, float]) -> list[dict[str, Any]]:
     """Shares of the recalibrated model's excess over the floor by stage, each at the coordinate that most of what was
     found there has; a share below a hundredth is not told."""
     told: list[Cause | Structure] = [*ladder.causes, *ladder.structure]
     excess = {
-        stage: value
-        for stage, value in found.excess().items()
-        if value > 0 and any(shows_in(one, stage) for one in told)
+        stage: value for stage, value in excess.items() if value > 0 and any(shows_in(one, stage) for one in told)
     }
     total = sum(excess.values())
     out = []

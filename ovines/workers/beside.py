@@ -1,27 +1,30 @@
-"""Texts made in a copy of this process, on the second processor: the copy has loaded all that this one has."""
+"""Work done in a copy of this process, on the second processor: the copy has loaded all that this one has."""
 
 from __future__ import annotations
 
-import json
 import os
+import pickle
 import signal
 import struct
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from typing import TypeVar
 
 from ovines.workers.orphans import die_with
 
 NUMBER = struct.Struct("H")  # of a piece of work, as it goes through a pipe
 MOST = 4096  # pieces whose numbers a pipe surely takes at once (16 pages of 4 KiB on Linux, 2 bytes each)
 
+Made = TypeVar("Made")
+
 _copies: set[int] = set()  # processes that are copies: they make none of their own
 
 
 @contextmanager
-def made_beside(work: Callable[[], str]) -> Iterator[Callable[[], str | None]]:
-    """Begin ``work`` in a copy of this process; what is yielded waits for its text.
+def made_beside(work: Callable[[], Made]) -> Iterator[Callable[[], Made | None]]:
+    """Begin ``work`` in a copy of this process; what is yielded waits for what it makes, which must bear pickling.
 
     It gives None where the work failed, where there is one processor only, in a copy, and on systems where a process is
     not copied (Windows) or its libraries do not bear it (macOS): whoever asked does the work itself then.  The copy
@@ -40,11 +43,11 @@ def made_beside(work: Callable[[], str]) -> Iterator[Callable[[], str | None]]:
     os.close(write)
     ended: list[int] = []
 
-    def answer() -> str | None:
+    def answer() -> Made | None:
         with open(read, "rb", closefd=False) as stream:
-            text = stream.read()
+            made = stream.read()
         ended.append(os.waitpid(child, 0)[1])
-        return text.decode("utf-8") if ended[0] == 0 else None
+        return pickle.loads(made) if ended[0] == 0 else None
 
     try:
         yield answer
@@ -56,16 +59,16 @@ def made_beside(work: Callable[[], str]) -> Iterator[Callable[[], str | None]]:
             os.waitpid(child, 0)
 
 
-def _copy(work: Callable[[], str], parent: int, read: int, write: int) -> None:
-    """The copy's life: nothing of it but the text is seen, and it never comes back."""
+def _copy(work: Callable[[], Made], parent: int, read: int, write: int) -> None:
+    """The copy's life: nothing of it but what it makes is seen, and it never comes back."""
     status = 1
     try:
         os.close(read)
         _copies.add(os.getpid())
         die_with(parent)
-        text = work().encode("utf-8")
+        made = pickle.dumps(work(), pickle.HIGHEST_PROTOCOL)
         with open(write, "wb") as stream:
-            stream.write(text)
+            stream.write(made)
         status = 0
     finally:
         os._exit(status)
@@ -88,17 +91,17 @@ def made_by_two(works: Sequence[Callable[[], str]]) -> list[str]:
         while taken := os.read(waiting, NUMBER.size):
             yield NUMBER.unpack(taken)[0]
 
-    def by_the_copy() -> str:
+    def by_the_copy() -> dict[int, str]:
         made: dict[int, str] = {}
         for number in next_ones():
             with suppress(Exception):
                 made[number] = works[number]()
-        return json.dumps(made)
+        return made
 
     try:
         with made_beside(by_the_copy) as of_the_copy:
             made = {number: works[number]() for number in next_ones()}
-            made |= {int(number): text for number, text in json.loads(of_the_copy() or "{}").items()}
+            made |= of_the_copy() or {}
     finally:
         os.close(waiting)
     return [made[number] if number in made else work() for number, work in enumerate(works)]
