@@ -52,7 +52,7 @@ from analysis.gap.selection.inertia import (
     with_inertia,
 )
 from analysis.gap.selection.unfitted_flights import unexplained_misfit
-from analysis.gap.series import Series
+from analysis.gap.series import Series, with_host_moved
 
 Array = NDArray[np.float64]
 # Markers that are seen at times of their own displace a body with its velocity, which flights take for a force: up to
@@ -103,12 +103,19 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     ``withheld``: effects taken out of the library for a trial; their data must then come back as structure without a
     name.
     """
-    corrected, findings, tests = correct(without_stated(series), withheld)
-    model, effects = corrected.recordings[0].model, stated_effects(corrected)
+    measured = correct(without_stated(series), withheld)
+    model, effects = series.recordings[0].model, stated_effects(series)
     ground = ground_motion(series)
-    corrected = with_inertia(corrected, stated_ratio(corrected))
+    corrected = with_inertia(measured.series, stated_ratio(series))
     first = first_flights(corrected, effects)
-    drive, corrected = drive_steps(corrected, first.fits, withheld, bool(ground))
+    # Frames that the Host's path has put in their time are where its drive alone would have them: what it does beside
+    # the drive is asked of the path as it was timed, and the frames' times then of a Host that does not.
+    drive, as_timed = drive_steps(measured.as_timed, first.fits, withheld, bool(ground))
+    if drive.by_effect or drive.structure:
+        calm = with_host_moved(measured.as_timed, [-one for one in drive.moves(measured.as_timed.runs)])
+        measured = measured.beside(as_timed, calm, withheld)
+        corrected = with_inertia(measured.series, stated_ratio(series))
+    findings, tests = measured.findings, measured.tests
     inertia, flights, corrected = _flights_and_disk(corrected, first, effects, withheld, tests, rng)
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     outside = _outside_the_wall(corrected, impacts)
@@ -145,7 +152,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         measured=series,
         series=corrected,
         measurement=tests,
-        findings=tuple(findings),
+        findings=findings,
         drive=drive,
         inertia=inertia,
         flights=flights,

@@ -22,6 +22,8 @@ from ovines.recording import Recording
 Array = NDArray[np.float64]
 #: (tracks, cameras, recording, window shift of the second camera (u, v)) -> table points
 Triangulate = Callable[[pd.DataFrame, Sequence[Camera], Recording, tuple[float, float]], pd.DataFrame]
+#: what a correction makes of table points
+Change = Callable[[pd.DataFrame], pd.DataFrame]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +32,9 @@ class Series:
 
     ``tracks`` and ``points`` are None where the series enters later; ``cameras`` (which see the rig's frame, too) None
     without a calibration;
-    ``layouts`` the markers' real places, ``triangulate`` how points are made of tracks again; ``laws``: written ones
-    that the nominal model holds, in the world; ``picture_changes`` since the calibration that the cameras' fields have.
+    ``layouts`` the markers' real places, ``triangulate`` how points are made of tracks again, with the second camera's
+    window moved by ``window_px`` (u, v) and each of ``changes`` made to them; ``laws``: written ones that the nominal
+    model holds, in the world; ``picture_changes`` since the calibration that the cameras' fields have.
     """
 
     recordings: tuple[Recording, ...]
@@ -43,6 +46,8 @@ class Series:
     cameras: tuple[Camera, ...] | None = None
     layouts: dict[str, Array] | None = None
     triangulate: Triangulate | None = None
+    window_px: tuple[float, float] = (0.0, 0.0)
+    changes: tuple[Change, ...] = ()
     laws: tuple[WrittenLaw, ...] = ()
     picture_changes: tuple[PictureChange, ...] = ()
 
@@ -128,21 +133,38 @@ def with_points(series: Series, points: Sequence[pd.DataFrame]) -> Series:
 
 
 def with_window_shift(series: Series, shift_px: tuple[float, float]) -> Series:
-    """Second camera's window moved by ``shift_px`` (u, v) and all points triangulated again."""
+    """Second camera's window moved by ``shift_px`` (u, v) further, and all points triangulated again."""
     if series.tracks is None or series.cameras is None or series.triangulate is None:
         return series
-    points = [
-        series.triangulate(t, series.cameras, r, shift_px)
-        for t, r in zip(series.tracks, series.recordings, strict=True)
-    ]
-    return with_points(series, points)
+    (u, v), (du, dv) = series.window_px, shift_px
+    return with_tracks(replace(series, window_px=(u + du, v + dv)), series.tracks)
+
+
+def with_tracks(series: Series, tracks: Sequence[pd.DataFrame]) -> Series:
+    """The same series measured again from ``tracks``, with whatever had been corrected in its points; `ValueError`
+    where it has no cameras."""
+    if series.cameras is None or series.triangulate is None:
+        raise ValueError("points are triangulated again from tracks of a calibrated rig only")
+    points = []
+    for table, recording in zip(tracks, series.recordings, strict=True):
+        seen = series.triangulate(table, series.cameras, recording, series.window_px)
+        for change in series.changes:
+            seen = change(seen)
+        points.append(seen)
+    return with_points(replace(series, tracks=tuple(tracks)), points)
+
+
+def _changed(series: Series, change: Change) -> Series:
+    """The same series with its points changed, which a later triangulation will not undo."""
+    assert series.points is not None
+    return with_points(replace(series, changes=(*series.changes, change)), [change(p) for p in series.points])
 
 
 def scaled(series: Series, factor: float) -> Series:
     """Every length times ``factor``."""
     if series.points is not None:
-        columns = [c for c in ("x_m", "y_m", "z_m", "x_sd_m", "y_sd_m", "z_sd_m")]
-        return with_points(series, [p.assign(**{c: p[c] * factor for c in columns}) for p in series.points])
+        columns = ["x_m", "y_m", "z_m", "x_sd_m", "y_sd_m", "z_sd_m"]
+        return _changed(series, lambda points: points.assign(**{c: points[c] * factor for c in columns}))
     columns = [c for c in series.motions[0] if c.endswith(("_m", "_m_per_s"))]
     return _of_motions(
         series.recordings,
@@ -155,7 +177,7 @@ def scaled(series: Series, factor: float) -> Series:
 def retimed(series: Series, factor: float) -> Series:
     """Every time times ``factor``."""
     if series.points is not None:
-        return with_points(series, [p.assign(time_s=p["time_s"] * factor) for p in series.points])
+        return _changed(series, lambda points: points.assign(time_s=points["time_s"] * factor))
     return _of_motions(
         series.recordings, [m.assign(time_s=m["time_s"] * factor) for m in series.motions], series.frame, series.laws
     )
@@ -188,28 +210,30 @@ def levelled(series: Series, slope_x: float, slope_y: float) -> Series:
     k = axis / sine if sine > 0 else axis
     cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
     turn = np.eye(3) + sine * cross + (1 - cosine) * cross @ cross
-    out = []
-    for p in series.points:
-        xyz = p[["x_m", "y_m", "z_m"]].to_numpy(float) @ turn.T
-        out.append(p.assign(x_m=xyz[:, 0], y_m=xyz[:, 1], z_m=xyz[:, 2]))
-    return with_points(series, out)
+
+    def turned(points: pd.DataFrame) -> pd.DataFrame:
+        xyz = points[["x_m", "y_m", "z_m"]].to_numpy(float) @ turn.T
+        return points.assign(x_m=xyz[:, 0], y_m=xyz[:, 1], z_m=xyz[:, 2])
+
+    return _changed(series, turned)
 
 
-def without_jitter(series: Series, sd_s: float) -> Series:
+def without_jitter(series: Series, sd_s: float, calm: Series) -> Series:
     """Frame times moved to where the Host's known motion puts them, as far as its noise allows; the rest widens the
     sds.
 
     A frame that is late by d shows the Host v d further on: d is estimated per frame from the Host's residual, drawn to
     zero by its prior sd; where the Host stands still for a moment nothing is learnt and the whole jitter stays in the
-    NES' sd.
+    NES' sd.  The residual is that of the ``calm`` Host, which does nothing beside its drive.
     """
     motions = []
-    for run, motion in zip(series.runs, series.motions, strict=True):
-        host, times = run.data.host, run.data.time_s
-        velocity = host.at(times, 1)[:, :2]
-        residual = np.where(np.isfinite(host.residual[:, :2]), host.residual[:, :2], 0.0)
+    for run, still, motion in zip(series.runs, calm.runs, series.motions, strict=True):
+        times = run.data.time_s
+        velocity, residual = run.data.host.at(times, 1)[:, :2], still.data.host.residual[:, :2]
+        residual = np.where(np.isfinite(residual), residual, 0.0)
         variance = np.maximum(np.nanmedian(run.host_table[:, 4:6], 0), 1e-7) ** 2
-        information = np.sum(velocity**2 / variance, 1) * np.isfinite(host.residual[:, 0]) + 1 / sd_s**2
+        seen = np.isfinite(still.data.host.residual[:, 0])
+        information = np.sum(velocity**2 / variance, 1) * seen + 1 / sd_s**2
         late = np.sum(velocity * residual / variance, 1) / information
         left = 1 / np.sqrt(information)
         speed = np.hypot(*(motion[f"nes_v{a}_m_per_s"].fillna(0.0).to_numpy(float) for a in "xy"))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.flights.cutting.runs import Run
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.drive.measured_path import MeasuredPath
 from analysis.gap.drive.pushes import RunPushes
@@ -51,6 +52,20 @@ class DriveSteps:
             out += swing.places(self.pushes, one.run, one.time_s)
         for line in self.lines:
             out += line.places(path, one.time_s)
+        return out
+
+    def moves(self, runs: Sequence[Run]) -> list[Array]:
+        """What swings and lines do to the Host in every frame (N, 2; m) of each of the series' ``runs``; lines only
+        where the Host's path was followed."""
+        number = {path.run: k for k, path in enumerate(self.paths)}
+        out = []
+        for run, one in enumerate(runs):
+            moved = np.zeros((len(one.data.time_s), 2))
+            for swing in self.swings:
+                moved += swing.places(self.pushes, run, one.data.time_s)
+            for line in self.lines if run in number else ():
+                moved += line.places(number[run], one.data.time_s)
+            out.append(moved)
         return out
 
     def entry(self, names: Sequence[str]) -> dict[str, Any]:

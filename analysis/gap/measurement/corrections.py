@@ -5,10 +5,11 @@ or widens frames, as the points behind these are then no longer theirs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.finding import Finding
+from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.tests import MeasurementTests, measurement_tests
 from analysis.gap.series import Series, levelled, retimed, scaled, with_blur, with_window_shift, without_jitter
 from analysis.gap.thresholds import SIGNIFICANCE
@@ -21,7 +22,7 @@ CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
     "length_scale_error": lambda s, f: scaled(s, 1 / f.parameters["scale"][0]),
     "sensor_window_offset": lambda s, f: with_window_shift(s, (-f.parameters["u_px"][0], -f.parameters["v_px"][0])),
     "plane_tilt": lambda s, f: levelled(s, -f.parameters["y_rad"][0], f.parameters["x_rad"][0]),
-    "trigger_jitter": lambda s, f: without_jitter(s, f.parameters["sd_s"][0]),
+    "trigger_jitter": lambda s, f: without_jitter(s, f.parameters["sd_s"][0], s),
     "motion_blur": lambda s, f: with_blur(s, f.parameters["sd_s"][0]),
     "camera_clock_offset": lambda s, f: s,
 }
@@ -31,15 +32,47 @@ ADDITIVE = ("sensor_window_offset", "plane_tilt")
 LAST = ("trigger_jitter", "motion_blur")
 
 
-def correct(
-    series: Series, withheld: frozenset[str] = frozenset(), most: int = 3
-) -> tuple[Series, list[Finding], MeasurementTests]:
-    """Corrected series, what was found (in the order taken out; never what is ``withheld``) and the first round's
-    tests.
-    """
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """The corrected ``series``, ``as_timed``: the same before frames were moved in time or widened; ``findings`` in the
+    order taken out, and the first round's ``tests``."""
+
+    series: Series
+    as_timed: Series
+    findings: tuple[Finding, ...]
+    tests: MeasurementTests
+
+    def beside(self, as_timed: Series, calm: Series, withheld: frozenset[str]) -> Corrected:
+        """The same with frames moved and widened as the ``calm`` Host asks, which does nothing beside its drive: what
+        it does there passes for late frames, or hides them.  ``as_timed``: with whatever the Host does."""
+        found = [one for one in self.findings if one.effect not in LAST]
+        excluded = withheld | ({"trigger_jitter"} if self.tests.clock_change is not None else set())
+        series, noise = as_timed, speed_noise(calm)
+        first = {one.effect: one for one in noise}
+        for _ in LAST:
+            left = [one for one in noise if one.found and one.effect not in excluded]
+            if not left:
+                break
+            strongest = max(left, key=Finding.times_least)
+            found.append(strongest)
+            excluded |= {strongest.effect}
+            take = CORRECTIONS[strongest.effect]
+            jitter = strongest.effect == "trigger_jitter"
+            series = (
+                without_jitter(series, strongest.parameters["sd_s"][0], calm) if jitter else take(series, strongest)
+            )
+            calm = take(calm, strongest)
+            noise = speed_noise(calm)
+        tests = replace(self.tests, findings=self.tests.findings | first)
+        return Corrected(series, as_timed, tuple(found), tests)
+
+
+def correct(series: Series, withheld: frozenset[str] = frozenset(), most: int = 3) -> Corrected:
+    """A series without what its measurement shows, but for what is ``withheld``."""
     first = tests = measurement_tests(series)
     found: list[Finding] = []
     after: dict[str, Finding] = {}
+    as_timed = series
     for _ in range(most):
         taken = {f.effect for f in found}
         left = [f for f in tests.findings.values() if f.found and f.effect not in taken | withheld]
@@ -48,9 +81,10 @@ def correct(
         strongest = max(left, key=lambda f: (f.effect not in LAST, f.times_least()))
         found.append(strongest)
         series = CORRECTIONS[strongest.effect](series, strongest)
+        as_timed = as_timed if strongest.effect in LAST else series
         tests = measurement_tests(series)
         after |= tests.findings
-    return series, [_refined(f, after.get(f.effect)) for f in found], first
+    return Corrected(series, as_timed, tuple(_refined(f, after.get(f.effect)) for f in found), first)
 
 
 def without_stated(series: Series) -> Series:

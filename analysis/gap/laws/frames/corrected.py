@@ -4,7 +4,6 @@ corrected."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,7 @@ from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.markers import BODIES, without_markers
 from analysis.gap.laws.frames.rows import key_of, size_of
 from analysis.gap.laws.frames.seen_disk import without_seen_disk
-from analysis.gap.series import Series, with_points, with_times
+from analysis.gap.series import Series, with_times, with_tracks
 from ovines.camera import Camera
 from ovines.camera.bends import BENDS, bend_px
 from ovines.core.laws.terms import Term, WrittenLaw
@@ -81,11 +80,7 @@ def _without_cameras(series: Series, terms: Sequence[Term]) -> Series:
         )
     _refuse_strange(terms, len(series.cameras))
     tracks = tuple(_corrected(one, run, series, terms) for one, run in zip(series.tracks, series.runs, strict=True))
-    points = [
-        series.triangulate(one, series.cameras, recording, (0.0, 0.0))
-        for one, recording in zip(tracks, series.recordings, strict=True)
-    ]
-    return with_points(replace(series, tracks=tracks), points)
+    return with_tracks(series, tracks)
 
 
 def _refuse_strange(terms: Sequence[Term], cameras: int) -> None:
