@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.gap.ladder import run_ladder
 from analysis.gap.measurement.corrections import correct
+from analysis.gap.series import levelled, retimed, scaled, with_window_shift
 
 
 def test_what_two_views_show_is_found_beside_a_stronger_jitter(loaded):
@@ -19,3 +21,29 @@ def test_what_two_views_show_is_found_beside_a_stronger_jitter(loaded):
     for name, (value, sd) in beside.parameters.items():
         assert value == pytest.approx(alone.parameters[name][0], abs=5 * sd + 0.02 * abs(value))
     assert np.all([sd > 0 for _, sd in beside.parameters.values()])
+
+
+def test_a_window_that_is_moved_undoes_no_other_correction(loaded):
+    """Its points are triangulated anew: what else was taken out of them stays out."""
+    _, series = loaded("sensor_window_offset+plane_tilt", 0.6, 4, runs=1)
+    shift_px = (-1.0, 1.0)
+    changed = levelled(retimed(scaled(series, 1.01), 0.999), 0.004, -0.003)
+    after = with_window_shift(with_window_shift(changed, shift_px), shift_px)
+    before = with_window_shift(series, (-2.0, 2.0))
+    before = levelled(retimed(scaled(before, 1.01), 0.999), 0.004, -0.003)
+    columns = ["time_s", "x_m", "y_m", "z_m", "x_sd_m"]
+    for one, other in zip(after.points, before.points, strict=True):
+        np.testing.assert_allclose(one[columns].to_numpy(), other[columns].to_numpy(), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("beside", ["host_ringing", "host_recoil"])
+def test_what_the_host_does_beside_its_drive_is_no_late_frame(loaded, beside):
+    """Frames that its path puts in their time take a swing with them: its mass had been ten times what it was, or the
+    swing was gone."""
+    truth, series = loaded(f"{beside}+trigger_jitter", 0.6, 1, noise="ar1", runs=3)
+    ladder = run_ladder(series, np.random.default_rng(0))
+    sizes = {cause.effect: cause.parameters for cause in ladder.causes}
+    assert set(sizes) == {beside, "trigger_jitter"} and not ladder.structure
+    for effect, parameters in sizes.items():
+        for name, (value, sd) in parameters.items():
+            assert abs(value - truth[effect][name]) < 3 * sd, (effect, name)
