@@ -125,6 +125,9 @@ class FlightParameters:
     aged: float = 0.0  # floor friction more by this share under contacts that have rested long
     cleaned: float = 0.0  # of each run: floor friction more by this share
     turned: float = 0.0  # of each run: floor friction more by this share
+    humid: float = 0.0  # of each run: floor friction more by this share
+    glazed: float = 0.0  # floor friction times e to minus this times the blows of the run so far
+    strewn: float = 0.0  # floor friction more by this share with each blow of a run
     debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
     beads: float = 0.0  # floor friction more by this share in slips back, against those of the way just slid
     clogged: float = 0.0  # floor friction that rises by twice this share along the way slid, and falls at once ...
@@ -145,7 +148,10 @@ class FlightParameters:
     # a floor that is not level
     tilt_x_m_per_s2: float = 0.0
     tilt_y_m_per_s2: float = 0.0
+    levelled_x_m_per_s2: float = 0.0  # of each run: how the table stands since somebody has levelled it anew
+    levelled_y_m_per_s2: float = 0.0
     central_per_s2: float = 0.0
+    cone_m_per_s2: float = 0.0  # a floor that is a flat cone pushes the disk outwards by this
     dished_per_m: float = 0.0  # curvature of the Host's floor, lowest at its centre
     saddle_per_s2: float = 0.0  # the floor rises along one line and falls across it
     saddle_rad: float = 0.0

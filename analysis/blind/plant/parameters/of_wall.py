@@ -62,6 +62,8 @@ class WallParameters:
     wall_y_m: float = 0.0
     refit_x_m: float = 0.0  # of each run: where the wall lies since it was put in the last time
     refit_y_m: float = 0.0
+    rebolted_x_m: float = 0.0  # of each run: where the wall lies since it was bolted on for it
+    rebolted_y_m: float = 0.0
     crept_x_m: float = 0.0  # of each run: where the wall has crept to
     crept_y_m: float = 0.0
     breathing_m: float = 0.0  # the wall's radius grows by twice this much during a run
@@ -87,6 +89,7 @@ class WallParameters:
     nodding_rad_per_s: float = 160.0
     leaking_m: float = 0.0  # the wall stands back by at most this after many hard blows, stands in by it after none
     sleeve: float = 0.0  # mass of the disk over that of a sleeve of the wall that turns
+    receding_m: float = 0.0  # the wall stands back by this much more with each blow of a run
     swinging_m_per_s: float = 0.0  # the wall's surface goes round this fast at the Host's full speed at 8 g
     swinging_rad: float = 0.0
     # restitution
@@ -96,6 +99,7 @@ class WallParameters:
     restitution_speed_m_per_s: float = 0.0
     ageing_per_s: float = 0.0  # relative loss of restitution over a run
     warmed: float = 0.0  # of each run: share of the restitution lost
+    warmed_up: float = 0.0  # of each run: restitution more by this share
     retightened: float = 0.0  # of each run: restitution more by this share
     # ... by the place on the wall
     direction_amplitude: float = 0.0
@@ -133,6 +137,8 @@ class WallParameters:
     glancing: float = 0.0  # restitution lost with the square of the sine of the angle of incidence
     oblique: float = 0.0  # share of the restitution lost in blows that only slip
     shingled: float = 0.0  # restitution lost in slips of one sense and won in those of the other
+    straight_s_per_m: float = 0.0  # restitution lost per approach, as much less in light blows as in hard ones more
+    yielded: float = 0.0  # power of the approach with which restitution falls where the blow makes metal yield
     plastic: float = 0.0  # restitution less in hard blows and more in light ones, with the fourth root of the approach
     wetted_m_per_s: float = 0.0  # speed that the wall's film takes of a blow's approach
     adhesion_m_per_s: float = 0.0  # the wall keeps the energy of this speed in each impact

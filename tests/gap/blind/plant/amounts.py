@@ -246,6 +246,22 @@ ORDERS = {
     "unknown_settling_loop": ("pixels", 0.5),
     "unknown_steadied_picture": ("pixels", 0.7),
     "unknown_interlaced_rows": ("pixels", 0.7),
+    "unknown_relevelled_table": ("force", 0.28),
+    "unknown_coned_floor": ("force", 0.4),
+    "unknown_humid_day": ("friction", 0.3),
+    "unknown_glazed_floor": ("friction", 0.9),
+    "unknown_strewn_grit": ("friction", 0.9),
+    "unknown_straight_loss": ("kick", 0.07),
+    "unknown_yield_speed": ("kick", 0.07),
+    "unknown_warmed_up_ring": ("kick", 0.08),
+    "unknown_rebolted_ring": ("gap", 2.1e-4),
+    "unknown_receding_wall": ("gap", 2.3e-4),
+    "unknown_drifting_oscillator": ("pixels", 5.0),  # it adds up in a run
+    "unknown_stretched_board": ("pixels", 0.7),
+    "unknown_bowed_board": ("pixels", 0.7),
+    "unknown_jogged_camera": ("pixels", 0.8),
+    "unknown_warming_camera": ("pixels", 0.8),
+    "unknown_skewed_picture": ("pixels", 0.7),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -296,6 +312,9 @@ CAMERA = {
     "unknown_sinking_head": "VW2",
     "unknown_settling_loop": "VW2",
     "unknown_steadied_picture": "VW1",
+    "unknown_jogged_camera": "VW2",
+    "unknown_warming_camera": "VW1",
+    "unknown_skewed_picture": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
