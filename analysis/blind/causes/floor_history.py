@@ -205,7 +205,7 @@ FLOOR_HISTORY = [
     Cause(
         "unknown_glazed_floor",
         "flight",
-        changes({"glazed": 0.04}),
+        changes({"glazed": 0.05}),
         follows="the number of blows so far, ever less of the friction",
         rivals=("friction_drift",),
     ),
@@ -213,7 +213,7 @@ FLOOR_HISTORY = [
     Cause(
         "unknown_strewn_grit",
         "flight",
-        changes({"strewn": 0.035}),
+        changes({"strewn": 0.045}),
         follows="the number of blows so far, as much more friction with each",
         rivals=("friction_drift",),
     ),

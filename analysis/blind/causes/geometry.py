@@ -249,7 +249,7 @@ GEOMETRY = [
     Cause(
         "unknown_receding_wall",
         "geometry",
-        changes({"receding_m": 1.4e-5}),
+        changes({"receding_m": 3.5e-5}),
         follows="the number of blows so far, all around",
         short_blows=True,
     ),

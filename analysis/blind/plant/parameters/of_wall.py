@@ -89,7 +89,7 @@ class WallParameters:
     nodding_rad_per_s: float = 160.0
     leaking_m: float = 0.0  # the wall stands back by at most this after many hard blows, stands in by it after none
     sleeve: float = 0.0  # mass of the disk over that of a sleeve of the wall that turns
-    receding_m: float = 0.0  # the wall stands back by this much more with each blow of a run
+    receding_m: float = 0.0  # the wall stands back by this much more with each blow of a run, by none after some
     swinging_m_per_s: float = 0.0  # the wall's surface goes round this fast at the Host's full speed at 8 g
     swinging_rad: float = 0.0
     # restitution

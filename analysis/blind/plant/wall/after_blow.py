@@ -29,7 +29,7 @@ from analysis.blind.plant.state import (
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.motion import swing, tiredness
 
-TOUCH_M_PER_S = 0.1  # approach of an impact that is a mere touch: of a disk that comes to rest at the wall
+TOUCH_M_PER_S = 0.3  # approach of an impact that is a mere touch: of a disk that comes to rest at the wall
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
 
 

@@ -13,6 +13,7 @@ TIRED_S = 0.12  # in which a liner recovers: two or three blows
 PLAY_M_PER_S2 = 20.0  # acceleration of the Host that throws a ring to three quarters of its play: two g
 NOD_S = 0.05  # in which a wall's swing dies out: about a flight
 HUM_M_PER_S = 0.2  # approach from which on a blow meets a humming wall as it just moves: a slower one lasts longer
+RECEDING_BLOWS = 8.0  # after which a wall that recedes lies where it does on the mean of a run
 LEAK_M2_PER_S2 = 3.0  # squared approaches that press half of its air out of a liner
 
 Vector = tuple[float, float]
@@ -162,9 +163,9 @@ def leaked(time: float, state: Floats, p: PlantParameters) -> float:
 
 @inlined
 def receded(state: Floats, p: PlantParameters) -> float:
-    """How much farther the disk's middle gets (m) in a ring of which each blow takes off as much: `receding_m` times
-    the blows before."""
-    return p.receding_m * state[BLOWS]
+    """How much farther the disk's middle gets (m) in a ring of which each blow takes off as much: `receding_m`
+    (n - `RECEDING_BLOWS`), n the blows before."""
+    return p.receding_m * (state[BLOWS] - RECEDING_BLOWS)
 
 
 @inlined

@@ -119,7 +119,6 @@ def test_a_cause_in_the_cameras_moves_the_picture_and_not_the_disk(name):
         "unknown_exposure_control",
         "unknown_ticking_timer",
         "unknown_settling_loop",
-        "unknown_drifting_oscillator",
     ):
         assert ground.max() < 1e-9
     if name == "unknown_bent_tab":

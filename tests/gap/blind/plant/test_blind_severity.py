@@ -40,8 +40,8 @@ BY_THE_RIM = (
 # How many causes of each; of the others six, five, two and three.
 STAGES = {"overlooked": (7, 5, 2, 2), "borrowed": (7, 4, 2, 3), "likely": (5, 3, 2, 6)}
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
-# limit later; of friction that is divided by the slip half is more than half; light blows soon stick, and where a wall
-# holds less more blows slip.
+# limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half; light
+# blows soon stick, and where a wall holds less more blows slip.
 BENT = {
     "unknown_swinging_ring": 0.25,
     "unknown_slip_weakened_wall": 0.35,
@@ -51,6 +51,7 @@ BENT = {
     "unknown_sintered_ring": 0.2,
     "unknown_shaken_powder": 0.2,
     "unknown_running_side": 0.2,
+    "unknown_glazed_floor": 0.25,
 }
 
 
