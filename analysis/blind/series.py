@@ -24,6 +24,7 @@ from analysis.blind.recording.markers import (
     carded,
     draw_marks,
     flung,
+    on_the_board,
     played,
     risen,
     world_points,
@@ -167,6 +168,8 @@ def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
 def _times(motion: Motion, run: int, place: Place, errors: ViewErrors, rng: np.random.Generator) -> list[np.ndarray]:
     """When either camera takes its frames (n,) in `run`, as many as the motion has for both."""
     rate = place.frame_rate_hz * errors.rate_ratio
+    if errors.oscillator:
+        rate *= 1.0 + errors.oscillator[run]
     frames = min(
         int((motion.nodes[-1, 0] - latest_s(errors, LONGEST_S)) * rate),
         int(LONGEST_S * place.frame_rate_hz),
@@ -188,7 +191,7 @@ def _points(
         card = risen(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
         points = shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors)
-        out.append(bulged(points, pose.host, errors))
+        out.append(on_the_board(bulged(points, pose.host, errors), errors))
     return out
 
 

@@ -52,7 +52,8 @@ def test_a_file_whose_fields_are_compiled_in_belongs_to_the_stamp(tmp_path):
 
 
 def test_the_plant_is_kept_under_a_stamp_that_knows_its_parameters():
-    folder, constants = ROOT / "analysis" / "blind" / "plant", ("parameters.py", "state.py")
+    folder = ROOT / "analysis" / "blind" / "plant"
+    constants = (*(f"parameters/{name}.py" for name in ("__init__", "of_flight", "of_wall")), "state.py")
     assert _run._cache._cache_file._source_stamp == stamp_above(folder, constants) != stamp_above(folder)
 
 

@@ -51,6 +51,13 @@ def _program_start(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"started_s": most}
 
 
+def _drifting_oscillator(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as much slower than its mean at first as faster at last, or the other way."""
+    most = 0.002 * size * spread(rng) * sign(rng)
+    draft.view.update(oscillator=tuple((most * np.linspace(-1.0, 1.0, runs)).tolist()))
+    return {"oscillator": most}
+
+
 def _flickering_lamps(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Twice the frequency of either continent's mains; its phase as the cameras' trigger finds it."""
     draft.view.update(
@@ -71,6 +78,15 @@ CLOCKS = [
     # --- the clock of both cameras ---
     Cause("unknown_uneven_clock", "measurement", seen("uneven_s", 1e-3)),
     Cause("unknown_skipped_frame", "measurement", _skipped_frame),
+    # A clock of both cameras that drifts with the room's temperature.
+    Cause(
+        "unknown_drifting_oscillator",
+        "measurement",
+        _drifting_oscillator,
+        follows="the time in the run, times the number of the run from the middle one",
+        rivals=("frame_rate_error",),
+        steady_only=True,
+    ),
     # A trigger of two channels, one late.
     Cause("unknown_alternating_clock", "measurement", seen("alternate_s", 1.6e-4)),
     # Lamps on the mains, for a trigger that is on them, too.

@@ -21,6 +21,13 @@ def _turned_washer(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"turned": most, "runs_rough": float(np.sum(side > 0.0))}
 
 
+def _humid_day(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Once up and down in the course of the series, from anywhere on."""
+    most, phase = 0.26 * size * spread(rng), float(rng.uniform(0.0, 2.0 * np.pi))
+    draft.run_numbers.update(humid=most * np.sin(2.0 * np.pi * np.arange(runs) / runs + phase))
+    return {"humid": most, "phase_rad": phase}
+
+
 def _gritty_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.plant["grit"] = 0.35 * size * spread(rng)
     draft.run_numbers["grit_draw"] = rng.random(runs)
@@ -184,6 +191,30 @@ FLOOR_HISTORY = [
         "flight",
         _turned_washer,
         follows="the number of the run, in no order, in the floor's friction",
+        rivals=("friction_drift",),
+    ),
+    # Air that is more and less humid in the course of a day.
+    Cause(
+        "unknown_humid_day",
+        "flight",
+        _humid_day,
+        follows="the number of the run, once up and down",
+        rivals=("friction_drift",),
+    ),
+    # A floor and a washer that blows polish, and that are wiped between the runs.
+    Cause(
+        "unknown_glazed_floor",
+        "flight",
+        changes({"glazed": 0.05}),
+        follows="the number of blows so far, ever less of the friction",
+        rivals=("friction_drift",),
+    ),
+    # Grit that blows strew on the floor, and that is wiped off between the runs.
+    Cause(
+        "unknown_strewn_grit",
+        "flight",
+        changes({"strewn": 0.045}),
+        follows="the number of blows so far, as much more friction with each",
         rivals=("friction_drift",),
     ),
     # A floor that wears in its middle in the course of the series.

@@ -67,6 +67,16 @@ def _sinking_feet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"feet_x_m_per_s2": x, "feet_y_m_per_s2": y}
 
 
+def _relevelled_table(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Once, somewhere in the middle of the series: as far to one side of the mean before as to the other from then
+    on."""
+    x, y = vector(0.28 * size * spread(rng), rng)
+    first = max(round(runs * float(rng.uniform(0.35, 0.65))), 1)
+    side = np.where(np.arange(runs) < first, -1.0, 1.0)
+    draft.run_numbers.update(levelled_x_m_per_s2=x * side, levelled_y_m_per_s2=y * side)
+    return {"levelled_x_m_per_s2": x, "levelled_y_m_per_s2": y, "from_run": float(first + 1)}
+
+
 def _kinked_sheet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A roof or a valley, along any line that passes within 12 mm of the Host's centre."""
     out = {"kink_m_per_s2": 0.5 * size * spread(rng) * sign(rng), "kink_m": float(rng.uniform(-0.012, 0.012))}
@@ -106,6 +116,15 @@ FORCES = [
     Cause("unknown_slam", "flight", _slam),
     # Rubber feet of the table that sink in from run to run.
     Cause("unknown_sinking_feet", "flight", _sinking_feet, follows="the number of the run"),
+    # A table that somebody levels anew between two runs.
+    Cause("unknown_relevelled_table", "flight", _relevelled_table, follows="the number of the run, from one on"),
+    # A floor that was turned slightly conical.
+    Cause(
+        "unknown_coned_floor",
+        "flight",
+        changes({"cone_m_per_s2": 0.4}, signed=True),
+        follows="the direction from the Host's centre, whatever the distance",
+    ),
     # A floor plate that sags between its screws.
     Cause(
         "unknown_dished_floor",

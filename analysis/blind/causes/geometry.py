@@ -25,6 +25,14 @@ def _creeping_clamps(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"crept_x_m": x, "crept_y_m": y}
 
 
+def _rebolted_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """As far off in each run, to all sides in no order."""
+    most = 3.1e-4 * size * spread(rng)
+    to = rng.uniform(0.0, 2.0 * np.pi) + 2.0 * np.pi * rng.permutation(runs) / runs
+    draft.run_numbers.update(rebolted_x_m=most * np.cos(to), rebolted_y_m=most * np.sin(to))
+    return {"rebolted_m": most}
+
+
 def _oval_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.plant.update(oval=0.004 * size * spread(rng), oval_rad=float(rng.uniform(0.0, np.pi)))
     return {"oval": draft.plant["oval"]}
@@ -230,6 +238,21 @@ GEOMETRY = [
     Cause("unknown_creeping_liner", "geometry", _creeping_liner, round_only=True),
     # A liner on a rubber bed, which stays back behind the Host's acceleration.
     Cause("unknown_springy_liner", "geometry", changes({"springy_m": 4e-4})),
+    # A ring that is taken off and bolted on again between the runs.
+    Cause(
+        "unknown_rebolted_ring",
+        "geometry",
+        _rebolted_ring,
+        follows="the number of the run, in no order, and the contact's normal",
+    ),
+    # A ring of which each blow takes off as much, and that is made good between the runs.
+    Cause(
+        "unknown_receding_wall",
+        "geometry",
+        changes({"receding_m": 3.5e-5}),
+        follows="the number of blows so far, all around",
+        short_blows=True,
+    ),
     # A ring with play in its seat along the drive, thrown from stop to stop.
     Cause(
         "unknown_seat_play",

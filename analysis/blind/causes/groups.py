@@ -359,4 +359,24 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_steadied_picture",
         "unknown_interlaced_rows",
     ),
+    # what an experienced experimenter would call likely, in textbook forms, listed before the plant was read and drawn
+    # by lot from what it did not have
+    "likely": (
+        "unknown_relevelled_table",
+        "unknown_coned_floor",
+        "unknown_humid_day",
+        "unknown_glazed_floor",
+        "unknown_strewn_grit",
+        "unknown_straight_loss",
+        "unknown_yield_speed",
+        "unknown_warmed_up_ring",
+        "unknown_rebolted_ring",
+        "unknown_receding_wall",
+        "unknown_drifting_oscillator",
+        "unknown_stretched_board",
+        "unknown_bowed_board",
+        "unknown_jogged_camera",
+        "unknown_warming_camera",
+        "unknown_skewed_picture",
+    ),
 }

@@ -119,6 +119,40 @@ def _bumped_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"bumped_rad": draft.view["bumped_rad"], "from_run": float(draft.view["bumped_from"] + 1)}
 
 
+def _jogged_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Between two runs, any two of them; before the only one."""
+    draft.view.update(
+        jogged_px=0.8 * size * spread(rng),
+        jogged_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+        jogged_from=int(rng.integers(1, runs)) if runs > 1 else 0,
+    )
+    return {"jogged_px": draft.view["jogged_px"], "from_run": float(draft.view["jogged_from"] + 1)}
+
+
+def _warming_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """In any direction of the picture."""
+    draft.view.update(warm_px=0.8 * size * spread(rng), warm_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"warm_px": draft.view["warm_px"], "angle_rad": draft.view["warm_rad"]}
+
+
+def _skewed_picture(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """To either side."""
+    draft.view["skewed"] = 0.006 * size * spread(rng) * sign(rng)
+    return {"skewed": draft.view["skewed"]}
+
+
+def _stretched_board(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Along any direction, too long or too short."""
+    draft.view.update(board_stretch=0.0055 * size * spread(rng) * sign(rng), board_rad=float(rng.uniform(0.0, np.pi)))
+    return {"board_stretch": draft.view["board_stretch"], "angle_rad": draft.view["board_rad"]}
+
+
+def _bowed_board(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Up or down."""
+    draft.view["board_bow"] = 0.003 * size * spread(rng) * sign(rng)
+    return {"board_bow": draft.view["board_bow"]}
+
+
 def _stretched_picture(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.view["stretched"] = 0.006 * size * spread(rng) * sign(rng)
     return {"stretched": draft.view["stretched"]}
@@ -144,6 +178,23 @@ def _sinking_head(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 
 MEASUREMENT = [
+    # --- the board ---
+    # A printer that stretches the board along one direction.
+    Cause(
+        "unknown_stretched_board",
+        "measurement",
+        _stretched_board,
+        follows="the place in the world along one direction, along that direction only",
+        rivals=("length_scale_error",),
+    ),
+    # A board that was bowed as the cameras were calibrated.
+    Cause(
+        "unknown_bowed_board",
+        "measurement",
+        _bowed_board,
+        follows="the third power of the place in the world",
+        rivals=("length_scale_error",),
+    ),
     # --- the markers ---
     Cause("unknown_slipped_marker", "measurement", _slipped_marker),
     # One of the Host's markers sits on a tab that bends as the Host is accelerated.
@@ -273,6 +324,20 @@ MEASUREMENT = [
         _sagging_arm,
         follows="the time in the run, and the place in one camera's picture",
     ),
+    # A camera that somebody has knocked against between two runs.
+    Cause(
+        "unknown_jogged_camera",
+        "measurement",
+        _jogged_camera,
+        follows="the number of the run, from one on, the same all over one camera's picture",
+    ),
+    # A camera that was calibrated warm, whose mount gives as it warms up again.
+    Cause(
+        "unknown_warming_camera",
+        "measurement",
+        _warming_camera,
+        follows="the number of the run, ever less, the same all over one camera's picture",
+    ),
     # A camera that was calibrated warm, and that is cold as the series begins.
     Cause(
         "unknown_cold_camera",
@@ -314,6 +379,13 @@ MEASUREMENT = [
     Cause("unknown_stuttering_camera", "measurement", seen("stutter_share", 0.05)),
     # A film scaled to another height than its calibration.
     Cause("unknown_stretched_picture", "measurement", _stretched_picture),
+    # A film put upright by a program that leaves it leaning.
+    Cause(
+        "unknown_skewed_picture",
+        "measurement",
+        _skewed_picture,
+        follows="the place in one camera's picture along v, along u",
+    ),
     # Films coded too coarsely, in blocks.
     Cause(
         "unknown_coded_blocks",

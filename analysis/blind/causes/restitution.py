@@ -4,6 +4,8 @@ import numpy as np
 
 from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread
 
+WARM_RUNS = 3.0  # after which a ring has warmed by two thirds
+
 
 def _wandering_shim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A shim that falls back to its place between the runs, and wanders in each of them alike."""
@@ -38,6 +40,14 @@ def _retightened_screws(draft: Draft, size: float, rng: Rng, runs: int) -> Truth
     first = max(round(runs * float(rng.uniform(0.35, 0.65))), 1)
     draft.run_numbers.update(retightened=most * np.where(np.arange(runs) < first, -1.0, 1.0))
     return {"retightened": most, "from_run": float(first + 1)}
+
+
+def _warmed_up_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """By e to minus the runs before, softer or harder at first, around the mean of the series."""
+    most = 0.2 * size * spread(rng) * sign(rng)
+    cold = np.exp(-np.arange(runs) / WARM_RUNS)
+    draft.run_numbers.update(warmed_up=most * (cold - cold.mean()))
+    return {"warmed_up": most, "runs": WARM_RUNS}
 
 
 def _backed_screw(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -130,6 +140,22 @@ RESTITUTION = [
         follows="one over the approach speed",
         rivals=("speed_dependent_restitution",),
     ),
+    # A wall whose loss grows with the speed.
+    Cause(
+        "unknown_straight_loss",
+        "impact",
+        changes({"straight_s_per_m": 0.085}),
+        follows="the approach speed, evenly",
+        rivals=("speed_dependent_restitution",),
+    ),
+    # A washer that yields in hard blows only.
+    Cause(
+        "unknown_yield_speed",
+        "impact",
+        changes({"yielded": 0.25}),
+        follows="the approach speed, where it is above one",
+        rivals=("speed_dependent_restitution",),
+    ),
     # A rim that yields at its edge, and loses the more the harder it is struck.
     Cause(
         "unknown_plastic_rim",
@@ -190,6 +216,14 @@ RESTITUTION = [
         "impact",
         _warming_ring,
         follows="the number of the run",
+        rivals=("restitution_drift",),
+    ),
+    # A ring that warms up in the first runs of a day.
+    Cause(
+        "unknown_warmed_up_ring",
+        "impact",
+        _warmed_up_ring,
+        follows="the number of the run, ever less",
         rivals=("restitution_drift",),
     ),
     # Screws that somebody finds loose and tightens between two runs.

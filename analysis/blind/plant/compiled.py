@@ -14,7 +14,7 @@ from ovines.core.compiled import compiler, stamp_above
 Floats = npt.NDArray[np.float64]
 
 # Compiled in are the order of the parameters' fields and the places of a state's numbers.
-CONSTANTS = ("parameters.py", "state.py")
+CONSTANTS = ("parameters/__init__.py", "parameters/of_flight.py", "parameters/of_wall.py", "state.py")
 STAMP = stamp_above(Path(__file__).parent, CONSTANTS)
 # As the core's: what makes no array counts no references; what Python asks for arrays makes them around it.
 compiled = compiler(STAMP, counting=False)

@@ -27,4 +27,5 @@ BEAD_X, BEAD_Y = 31, 32  # mean direction of the slip over the way just slid
 HERE_X, HERE_Y = 33, 34  # where the disk was in the last impact, from the Host's centre (m) ...
 THERE_X, THERE_Y = 35, 36  # ... and in the one before
 LEFT = 37  # speed over the Host's floor with which the last impact has left the disk (m/s), of one that planes
-STATES = 38
+BLOWS = 38  # impacts so far that were no mere touch
+STATES = 39

@@ -9,6 +9,7 @@ class ViewErrors:
 
     # the clock of both cameras
     rate_ratio: float = 1.0  # true frame rate over the nominal one
+    oscillator: tuple[float, ...] = ()  # of each run: the true frame rate is more by this share
     jitter_s: float = 0.0
     uneven_s: float = 0.0  # both cameras are late by this much half-way through a run, and on time at its ends
     alternate_s: float = 0.0  # both cameras take every other frame this late
@@ -36,6 +37,9 @@ class ViewErrors:
     lost_frame_share: float = 0.0  # from here on (share of a run) the second camera's frames are numbered one early
     # the board: lengths and the sliding plane
     scale: float = 1.0  # lengths come out this much too long
+    board_stretch: float = 0.0  # lengths come out this much too long along one direction ...
+    board_rad: float = 0.0  # ... this one
+    board_bow: float = 0.0  # places come out too far from the world's origin by this share 50 mm off, with its square
     plane_rad: tuple[float, float] = (0.0, 0.0)  # sliding plane turned about the world's x, then y
     # the markers, and how the bodies are found
     centre_marker_offset_m: tuple[float, float] = (0.0, 0.0)
@@ -85,18 +89,24 @@ class ViewErrors:
     twisted_rad: float = 0.0  # the first camera is turned about its axis by this much at 8 g of the Host along x
     bumped_rad: float = 0.0  # the first camera is turned about its axis by this much ...
     bumped_from: int = 0  # ... from this run on
+    warm_px: float = 0.0  # the first camera's picture lies off by this much in the first run, less later ...
+    warm_rad: float = 0.0  # ... in this direction of it
     cold_zoom: float = 0.0  # the first camera's picture is too large by this share in the first run, less later
     followed: float = 0.0  # the first camera's picture goes after the disk by this share of its way from the middle
     zoom_swing: float = 0.0  # the first camera's picture grows and shrinks by this share about its centre ...
     zoom_swing_hz: float = 0.0  # ... so many times a second
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
     sagging_rad: float = 0.0  # the second camera turns about its axis within a run, by twice this
+    jogged_px: float = 0.0  # the second camera's picture lies off by this much ...
+    jogged_rad: float = 0.0  # ... in this direction of it ...
+    jogged_from: int = 0  # ... from this run on
     head_px: tuple[float, ...] = ()  # of each run: the second camera's picture lies this far off along v
     zoom: float = 0.0  # the second camera's picture grows by this share about its centre within a run
     # the picture
     window_px: tuple[float, float] = (0.0, 0.0)  # the window was this far from where it is said to be ...
     window_camera: int = 0  # ... in this camera
     stretched: float = 0.0  # both cameras' pictures are this much too tall, about their centres
+    skewed: float = 0.0  # the second camera's picture leans: u is more by this share of v, from its middle
     interlaced_px: float = 0.0  # both cameras' pictures lie this far off along v, to and fro from frame to frame
     shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
     stutter_share: float = 0.0  # of the first camera's frames show the one before once more

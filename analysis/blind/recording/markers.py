@@ -13,6 +13,7 @@ from analysis.blind.recording.views import DISK, GROUND_M, HOST_M, NES_M
 FLUNG_RAD_PER_S = 40.0  # spin at which a loose sticker stands out half the way
 RISEN_S = 0.05  # in which a disk that a blow has lifted comes down again: a flight
 PLAY_RAD_PER_S = 2.0  # change of spin in a blow that throws a card with play to three quarters of it
+BOARD_M = 0.05  # from the world's origin to where a bowed board is off by what its cause says: at the Host's markers
 CARD_S = 0.03  # in which a card on soft glue comes to rest on its disk
 
 
@@ -76,6 +77,21 @@ def world_points(
     about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
     about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
     return errors.scale * points @ (about_y @ about_x).T
+
+
+def on_the_board(points_m: Floats, errors: ViewErrors) -> Floats:
+    """Points (frames, markers, 3) as a board measures them whose print or whose plate is not true.
+
+    Its printer has stretched it along one direction: places along `board_rad` are too large by `board_stretch`.
+    It is bowed: places are too far from the world's origin by the share `board_bow` (r / `BOARD_M`)^2.
+    """
+    if errors.board_stretch == 0.0 and errors.board_bow == 0.0:
+        return points_m
+    out, place = points_m.copy(), points_m[..., :2]
+    along = np.array([np.cos(errors.board_rad), np.sin(errors.board_rad)])
+    out[..., :2] += errors.board_stretch * (place @ along)[..., None] * along
+    out[..., :2] += errors.board_bow * np.sum((place / BOARD_M) ** 2, axis=-1, keepdims=True) * place
+    return out
 
 
 def leaning(nes_m: Floats, errors: ViewErrors) -> Floats:

@@ -21,13 +21,15 @@ SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
 class Shaking:
     """How the first camera moves (frames,): `shake_px` along u, `twist_rad` about its axis, `tripod_px` (frames, 2)
     along u and v (None: not at all); its picture is too large by the share `zoom`, and that of the second camera
-    lies off along v by `second_px`."""
+    lies off along v by `second_px`; either lies off by `first_off_px` or `second_off_px` (u, v), if at all."""
 
     shake_px: np.ndarray | float = 0.0
     twist_rad: np.ndarray | None = None
     tripod_px: np.ndarray | None = None
     zoom: float = 0.0
     second_px: float = 0.0
+    first_off_px: Floats | None = None
+    second_off_px: Floats | None = None
 
 
 STEADY = Shaking()
@@ -41,7 +43,15 @@ def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, r
         turned = bump + (np.zeros(len(time_s)) if turned is None else turned)
     swayed = tripod_px(time_s, lines, errors) if errors.tripod_px else None
     sunk = errors.head_px[run] if errors.head_px else 0.0  # a tripod's head that sinks from run to run
-    return Shaking(shake_px(time_s, impact_s, kicks, errors), turned, swayed, cold_zoom(run, errors), sunk)
+    return Shaking(
+        shake_px(time_s, impact_s, kicks, errors),
+        turned,
+        swayed,
+        cold_zoom(run, errors),
+        sunk,
+        warm_off_px(run, errors) if errors.warm_px else None,
+        jogged_off_px(errors) if errors.jogged_px and run >= errors.jogged_from else None,
+    )
 
 
 def shake_px(time_s: np.ndarray, impact_s: np.ndarray, kicks: np.ndarray, errors: ViewErrors) -> np.ndarray:
@@ -80,6 +90,27 @@ def cold_zoom(run: int, errors: ViewErrors) -> float:
     return float(errors.cold_zoom * np.exp(-run / COLD_RUNS))
 
 
+def warm_off_px(run: int, errors: ViewErrors) -> Floats:
+    """How far the first camera's picture lies off (u, v) in `run` (from 0): it was calibrated when it had long been on,
+    and warms up again from run to run, by `warm_px` exp(-run / `COLD_RUNS`) along `warm_rad`."""
+    size = errors.warm_px * np.exp(-run / COLD_RUNS)
+    return size * np.array([np.cos(errors.warm_rad), np.sin(errors.warm_rad)])
+
+
+def jogged_off_px(errors: ViewErrors) -> Floats:
+    """How far the second camera's picture lies off (u, v) since somebody has knocked against it."""
+    return errors.jogged_px * np.array([np.cos(errors.jogged_rad), np.sin(errors.jogged_rad)])
+
+
+def skewed(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a camera whose picture leans: u is more by `skewed` times v from its middle."""
+    if errors.skewed == 0.0:
+        return pixels
+    out = pixels.copy()
+    out[..., 0] += errors.skewed * (pixels[..., 1] - view.centre_px[1])
+    return out
+
+
 def twist_rad(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:
     """How far the first camera is turned about its axis (n,) at `time_s` (n,).
 
@@ -108,6 +139,8 @@ def by_the_first_camera(
         pixels = twisted(pixels, shaking.twist_rad, view)
     if shaking.tripod_px is not None:
         pixels = pixels + shaking.tripod_px[:, None]
+    if shaking.first_off_px is not None:
+        pixels = pixels + shaking.first_off_px
     pixels = followed(decentred(refocused(pixels, view, errors), view, errors), view, errors)
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
     pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
@@ -154,6 +187,9 @@ def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors, sha
     frames = len(pixels)
     if errors.sagging_rad != 0.0:  # an arm that gives in the lamps' heat, and is set right before the next run
         pixels = twisted(pixels, errors.sagging_rad * np.linspace(-1.0, 1.0, frames), view)
+    pixels = skewed(pixels, view, errors)
+    if shaking.second_off_px is not None:
+        pixels = pixels + shaking.second_off_px
     pixels[..., 1] += shaking.second_px
     pixels[..., 0] += errors.creep_px * np.linspace(0.0, 1.0, frames)[:, None]
     grown = errors.zoom * np.linspace(0.0, 1.0, frames)

@@ -13,6 +13,7 @@ from analysis.blind.plant.state import (
     APPROACH,
     BEAD_X,
     BEAD_Y,
+    BLOWS,
     CHARGE,
     COUNT,
     HERE_X,
@@ -272,6 +273,9 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     Debris gathers under the disk and breaks off each time it has gone `clogged_m`: 1 + `clogged` (2 q - 1), q the
     share of that way since then.
     The washer is put in by hand before each run, its ground face down or its rolled one: 1 + `turned`, the run's own.
+    The air of the room is more and less humid in the course of a day: 1 + `humid`, the run's own.
+    Blows glaze what slides, and the floor holds it less and less: exp(-`glazed` n), n the blows before; or they strew
+    grit, and it is held more and more: 1 + `strewn` n.
     The compressor below an air table pulsates: 1 + `pulsing` sin(`pulsing_rad_per_s` t + `pulsing_rad`), t the time in
     the run.
     """
@@ -295,6 +299,12 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 + p.clogged * (2.0 * (gone - np.floor(gone)) - 1.0), 0.0)
     share *= 1.0 + p.cleaned
     share *= 1.0 + p.turned
+    if p.humid != 0.0:
+        share *= max(1.0 + p.humid, 0.0)
+    if p.glazed != 0.0:
+        share *= np.exp(-p.glazed * state[BLOWS])
+    if p.strewn != 0.0:
+        share *= 1.0 + p.strewn * state[BLOWS]
     return share * (1.0 + p.clinging * state[CHARGE]) * (1.0 + p.aged * state[AGED])
 
 

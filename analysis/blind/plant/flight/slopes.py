@@ -13,6 +13,7 @@ PLATES_M = 0.005  # from the joint of two plates, within which the disk climbs f
 KINK_M = 0.006  # from a kink's line, within which the disk leans from one half of the sheet to the other
 NODES_M = 0.02  # from one nodal circle of a floor to the next
 NODES_EDGE_M = 0.003  # from the Host's centre, within which circles around it have no direction
+CONE_M = 0.002  # from the Host's centre, within which a cone is rounded off
 RIDGE_M = 0.004  # from a ridge's line to where it is steepest
 GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the whole way
 
@@ -24,6 +25,8 @@ def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
     out[VY] += p.tilt_y_m_per_s2
     out[VX] += p.feet_x_m_per_s2
     out[VY] += p.feet_y_m_per_s2
+    out[VX] += p.levelled_x_m_per_s2
+    out[VY] += p.levelled_y_m_per_s2
     _add_shape(at, p, out)
     _add_table(at.time, p, out)
     _add_tilting_host(at, p, out)
@@ -38,6 +41,8 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
     by the load times that times its place.
     A floor plate of plastic that the shaker warms bulges from run to run, from a dish to a dome or back: the disk is
     pushed outwards by `doming_per_s2`, the run's own, times its place.
+    A floor that is a flat cone slopes by as much everywhere: `cone_m_per_s2` (x, y) / sqrt(x^2 + y^2 + `CONE_M`^2),
+    outwards or inwards.
     A floor of sheet that came off a roll is bowed along one direction and straight across: `bowed_per_s2` times the
     place along `bowed_rad` from the Host's centre, outwards or inwards.
     A floor of sheet that was once bent along a line slopes either way from there: `kink_m_per_s2` tanh((s - `kink_m`) /
@@ -54,6 +59,10 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
     if p.doming_per_s2 != 0.0:
         out[VX] += p.doming_per_s2 * x
         out[VY] += p.doming_per_s2 * y
+    if p.cone_m_per_s2 != 0.0:
+        push = p.cone_m_per_s2 / np.sqrt(x * x + y * y + CONE_M**2)
+        out[VX] += push * x
+        out[VY] += push * y
     if p.bowed_per_s2 != 0.0:
         _add_along(p.bowed_per_s2 * (np.cos(p.bowed_rad) * x + np.sin(p.bowed_rad) * y), p.bowed_rad, out)
     if p.kink_m_per_s2 != 0.0:

@@ -7,6 +7,7 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import (
     APPROACH,
     AZIMUTH,
+    BLOWS,
     HARDEST,
     HERE_X,
     HERE_Y,
@@ -28,6 +29,7 @@ from analysis.blind.plant.state import (
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.motion import swing, tiredness
 
+TOUCH_M_PER_S = 0.3  # approach of an impact that is a mere touch: of a disk that comes to rest at the wall
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
 
 
@@ -79,6 +81,7 @@ def remember(
     if bounce > 0.0:
         new[APPROACH], new[TIRED] = blow.approach, tiredness(blow.time, state) + blow.approach**2
         new[SLEEVE] = blow.sleeve - (p.sleeve * push_t if blow.outer else 0.0)
+        new[BLOWS] = state[BLOWS] + (1.0 if blow.approach > TOUCH_M_PER_S else 0.0)
         new[SLIPPED], new[STRUCK] = blow.slip_host, blow.rim_rad
         new[THERE_X], new[THERE_Y] = state[HERE_X], state[HERE_Y]
         new[HERE_X], new[HERE_Y] = blow.middle_x, blow.middle_y

@@ -9,7 +9,7 @@ from analysis.blind.plant.state import ANGLE, COUNT, IMPACT_S, LEFT, SPIN, VX, V
 from analysis.blind.plant.wall.after_blow import press_down, remember, remember_swing, spin_after
 from analysis.blind.plant.wall.blow import blow_of, leaning, piled
 from analysis.blind.plant.wall.impulses import impulses
-from analysis.blind.plant.wall.motion import leaked, squashed, wall_offset, wall_velocity
+from analysis.blind.plant.wall.motion import leaked, receded, squashed, wall_offset, wall_velocity
 from analysis.blind.plant.wall.shape import (
     flat_gap,
     peeled,
@@ -55,7 +55,7 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (far - radius) / size, nx / size, ny / size
-    gap += leaked(time, state, p)
+    gap += leaked(time, state, p) + receded(state, p)
     wider = swollen(state[SPIN], p) - tipped(time, state, p) + spooled(state[ANGLE], p) + planed(state, p)
     gap -= wider
     if p.obstacle_m > 0.0 and radius - p.obstacle_m - wider < gap:

@@ -6,13 +6,14 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2, Four, jerk_of
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import COUNT, IMPACT_S, NOD_VX, NOD_VY, NOD_X, NOD_Y, NORMAL, SLEEVE, TIRED
+from analysis.blind.plant.state import BLOWS, COUNT, IMPACT_S, NOD_VX, NOD_VY, NOD_X, NOD_Y, NORMAL, SLEEVE, TIRED
 
 SLEEVE_S = 0.06  # in which a sleeve comes to rest: about the time from blow to blow
 TIRED_S = 0.12  # in which a liner recovers: two or three blows
 PLAY_M_PER_S2 = 20.0  # acceleration of the Host that throws a ring to three quarters of its play: two g
 NOD_S = 0.05  # in which a wall's swing dies out: about a flight
 HUM_M_PER_S = 0.2  # approach from which on a blow meets a humming wall as it just moves: a slower one lasts longer
+RECEDING_BLOWS = 8.0  # after which a wall that recedes lies where it does on the mean of a run
 LEAK_M2_PER_S2 = 3.0  # squared approaches that press half of its air out of a liner
 
 Vector = tuple[float, float]
@@ -22,10 +23,11 @@ Vector = tuple[float, float]
 def wall_offset(
     time: float, state: Floats, velocity: Four, acceleration: Four, p: PlantParameters
 ) -> tuple[float, float]:
-    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, crept, on springs, with
-    play, on one screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the Host's `velocity`
-    and `acceleration`."""
+    """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, crept, bolted on anew, on
+    springs, with play, on one screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the
+    Host's `velocity` and `acceleration`."""
     x, y = p.refit_x_m + p.crept_x_m, p.refit_y_m + p.crept_y_m
+    x, y = x + p.rebolted_x_m, y + p.rebolted_y_m
     if p.springy_m != 0.0:
         x -= p.springy_m * acceleration[0] / HOST_M_PER_S2
         y -= p.springy_m * acceleration[1] / HOST_M_PER_S2
@@ -157,6 +159,13 @@ def leaked(time: float, state: Floats, p: PlantParameters) -> float:
         return 0.0
     pressed = tiredness(time, state)
     return p.leaking_m * (pressed - LEAK_M2_PER_S2) / (pressed + LEAK_M2_PER_S2)
+
+
+@inlined
+def receded(state: Floats, p: PlantParameters) -> float:
+    """How much farther the disk's middle gets (m) in a ring of which each blow takes off as much: `receding_m`
+    (n - `RECEDING_BLOWS`), n the blows before."""
+    return p.receding_m * (state[BLOWS] - RECEDING_BLOWS)
 
 
 @inlined

@@ -19,6 +19,8 @@ SHINGLE_M_PER_S = 0.4  # slip from which on a blow meets the edges of shingles s
 PAD_RAD, PAD_M_PER_S = 0.9, 1.0  # of the wall's azimuth; approach at which a pad is pressed flat by two thirds
 BOLT_RAD = 0.3  # of the wall's azimuth, from a bolt to where it stiffens the ring three fifths as much
 PLASTIC_M_PER_S = 0.9  # approach at which a rim that yields gives back what it does on the mean
+STRAIGHT_M_PER_S = 1.5  # approach at which a restitution that falls evenly is what it is
+YIELD_M_PER_S = 1.3  # approach of a blow that just makes metal yield
 PLASTIC_MOST = 1.3  # fourth root of how much lighter a blow may be and still give back more
 SWEPT_M = 0.04  # way on which most of the dust that a rim can gather has gathered before it
 SCREWS_BLOWS = 12.0  # after which screws have come loose by two thirds
@@ -36,6 +38,8 @@ def restitution(blow: Blow, state: Floats, p: PlantParameters) -> float:
     value = _by_the_host(value, blow, p)
     # The wall's plastic warms from run to run, and softens; its screws are tightened once between two runs.
     value = _times(value, 1.0 - p.warmed + p.retightened)
+    if p.warmed_up != 0.0:  # as fast at first as it is then slow
+        value = _times(value, 1.0 + p.warmed_up)
     if p.wetted_m_per_s != 0.0:  # a film on the wall takes this much of the approach
         value *= max(1.0 - p.wetted_m_per_s / blow.approach, 0.0)
     if p.adhesion_m_per_s != 0.0:  # the wall keeps the energy of this speed
@@ -141,12 +145,18 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
 
     A liner wound with overlaps lies like shingles: a blow that runs against their edges loses what one that runs with
     them wins, `shingled` tanh(slip / `SHINGLE_M_PER_S`).
+    A wall returns the less the harder the blow, evenly: `straight_s_per_m` (approach - `STRAIGHT_M_PER_S`) is lost.
+    Beyond `YIELD_M_PER_S` metal yields: times (`YIELD_M_PER_S` / approach)^`yielded`, a quarter in the textbooks.
     An oblique blow shears the wall and returns less, or more: times 1 - `oblique` slip^2 / (slip^2 + approach^2).
     Metal yields at an edge, and the harder the blow the more is lost: times 1 + `plastic` ((`PLASTIC_M_PER_S` /
     approach)^(1/4) - 1), the root `PLASTIC_MOST` at most.
     """
     value -= p.loose_chip if blow.other_chance > UNLUCKY_SD else 0.0
     value = _raised(value, -p.shingled * np.tanh(blow.slip / SHINGLE_M_PER_S))
+    if p.straight_s_per_m != 0.0:
+        value = _raised(value, -p.straight_s_per_m * (blow.approach - STRAIGHT_M_PER_S))
+    if p.yielded != 0.0 and blow.approach > YIELD_M_PER_S:
+        value *= (YIELD_M_PER_S / blow.approach) ** p.yielded
     if p.plastic != 0.0:
         root = min((PLASTIC_M_PER_S / (blow.approach + 1e-300)) ** 0.25, PLASTIC_MOST)
         value = _times(value, max(1.0 + p.plastic * (root - 1.0), 0.0))

@@ -246,6 +246,22 @@ ORDERS = {
     "unknown_settling_loop": ("pixels", 0.5),
     "unknown_steadied_picture": ("pixels", 0.7),
     "unknown_interlaced_rows": ("pixels", 0.7),
+    "unknown_relevelled_table": ("force", 0.28),
+    "unknown_coned_floor": ("force", 0.4),
+    "unknown_humid_day": ("friction", 0.3),
+    "unknown_glazed_floor": ("friction", 0.9),
+    "unknown_strewn_grit": ("friction", 0.9),
+    "unknown_straight_loss": ("kick", 0.07),
+    "unknown_yield_speed": ("kick", 0.02),  # of disks at 0.86 m/s along either axis; a run has harder blows
+    "unknown_warmed_up_ring": ("kick", 0.08),
+    "unknown_rebolted_ring": ("gap", 2.1e-4),
+    "unknown_receding_wall": ("gap", 3.7e-4),
+    "unknown_drifting_oscillator": ("pixels", 3.0),  # it adds up in a run
+    "unknown_stretched_board": ("pixels", 0.7),
+    "unknown_bowed_board": ("pixels", 0.7),
+    "unknown_jogged_camera": ("pixels", 0.8),
+    "unknown_warming_camera": ("pixels", 0.8),
+    "unknown_skewed_picture": ("pixels", 0.7),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -261,6 +277,7 @@ OWN = {
         "tired",
         "slipped",
         "struck",
+        "blows",
     ),  # where it is struck, how hard
     "unknown_turning_sleeve": ("sleeve",),
     "unknown_loose_core": ("core",),
@@ -268,12 +285,12 @@ OWN = {
     "unknown_clinging_disk": ("charge",),
     "unknown_aged_contacts": ("aged",),
     "unknown_swinging_floor": ("way",),
-    "unknown_cornered_rim": ("hard", "azimuth", "approach", "tired", "struck"),
-    "unknown_chatter_marks": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
-    "unknown_ragged_wall": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
-    "unknown_bulging_lining": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck"),
+    "unknown_cornered_rim": ("hard", "azimuth", "approach", "tired", "struck", "blows"),
+    "unknown_chatter_marks": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows"),
+    "unknown_ragged_wall": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows"),
+    "unknown_bulging_lining": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows"),
     "unknown_wax_beads": ("bead_x", "bead_y"),
-    "unknown_humming_ring": ("hard", "approach", "tired"),
+    "unknown_humming_ring": ("hard", "approach", "tired", "blows"),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -296,6 +313,9 @@ CAMERA = {
     "unknown_sinking_head": "VW2",
     "unknown_settling_loop": "VW2",
     "unknown_steadied_picture": "VW1",
+    "unknown_jogged_camera": "VW2",
+    "unknown_warming_camera": "VW1",
+    "unknown_skewed_picture": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -369,5 +389,13 @@ AS_BEFORE = {
         "unknown_settling_loop",
         "restitution_drift+unknown_steadied_picture",
         "camera_clock_offset+unknown_clogging_face",
+    ],
+    "likely": [
+        "plane_tilt+unknown_drifting_oscillator",
+        "unknown_bowed_board",
+        "unknown_receding_wall",
+        "unknown_jogged_camera",
+        "restitution_drift+unknown_warming_camera",
+        "camera_clock_offset+unknown_glazed_floor",
     ],
 }

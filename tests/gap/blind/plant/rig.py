@@ -34,7 +34,7 @@ PLACE = (
     *("x", "y", "vx", "vy", "angle", "spin", "impact_s", "stretch", "way", "hard", "lx", "ly", "azimuth", "count"),
     *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core", "oiled", "slipped"),
     *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy", "aged", "bead_x", "bead_y"),
-    *("here_x", "here_y", "there_x", "there_y", "left"),
+    *("here_x", "here_y", "there_x", "there_y", "left", "blows"),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -105,6 +105,7 @@ def random_states(at_wall=False):
     out[:, 33:35] = 0.04 * np.column_stack([np.cos(here), np.sin(here)])
     out[:, 35:37] = 0.04 * np.column_stack([np.cos(there), np.sin(there)])
     out[:, 37] = latest.uniform(0.3, 2.0, 60)
+    out[:, 38] = np.arange(60) % 30
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -165,7 +166,7 @@ def on_its_way(drop=None):
                 normal = np.arctan2(*(node[1:3] - place[:2])[::-1])
                 known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}
                 after = impact(node[0], state, p, HOST, np.zeros(2), 1.0)[0]
-                known |= {name: after[PLACE.index(name)] for name in ("tired", "struck")}
+                known |= {name: after[PLACE.index(name)] for name in ("tired", "struck", "blows")}
                 swung = np.array(swing(node[0], state, p)) - [0.0, 0.0, *kick]
                 known |= dict(zip(("nod_x", "nod_y", "nod_vx", "nod_vy"), swung, strict=True))
                 assert kick @ (node[1:3] - place[:2]) < 0.0
