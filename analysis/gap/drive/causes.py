@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 SLOW_SHARE = 0.5
 # A line is there in a run that alone would show it once in a thousand.
 SURE_IN_RUN = float(chdtri(4, 1e-3))
+# Standard errors over the runs by which one swing must explain more than another.
+SURELY = 2.0
 # [model] states a size that is off by less than this share: it is the same.
 SAME_SHARE = 0.1
 
@@ -84,7 +86,15 @@ def _rivals(swing: Swing, steps: DriveSteps) -> tuple[str, ...]:
     others = [one for one in SWINGS if one not in {s.effect for s in steps.swings}]
     tried = [best_swing(effect, steps.paths, steps.pushes, left) for effect in others]
     there = [one for one in tried if is_there(one, steps.paths)]
-    return tuple(one.effect for one in there if swing.gain - one.gain < EQUIVALENT)
+    return tuple(one.effect for one in there if _says_no_more(swing, one))
+
+
+def _says_no_more(swing: Swing, other: Swing) -> bool:
+    """Whether a swing explains the path no better than another, by what runs held out say of each: a lens residual
+    leaves either hundreds."""
+    more = swing.held_out - other.held_out
+    by_chance = SURELY * float(np.std(more)) * np.sqrt(len(more))
+    return swing.gain - other.gain < EQUIVALENT or float(more.sum()) < by_chance
 
 
 def _by_run(paths: Sequence[MeasuredPath], values: Sequence[float] | Array, runs: int) -> Array:
