@@ -31,6 +31,8 @@ SPEED_LAW_GAIN, FEWEST_FOR_SPEED_LAW, DECAY_SPEEDS_M_PER_S = 15.0, 20, (0.3, 0.5
 # Restitution of slow impacts against that of all: sd of the difference that falls off within this speed, before any
 # impact says more.
 SLOW_SD, LEAST_SLOW_SD, SLOW_M_PER_S = 0.05, 0.003, 0.3
+# A drift's columns: with time and from run to run; rounds in which what drifts and by how much settle.
+DRIFTS, DRIFT_ROUNDS = 2, 4
 # Step of the logarithm of the scale by which the likelihood's curvature is taken, and the least curvature that is one.
 SCALE_STEP, LEAST_CURVATURE = 0.05, 1e-9
 
@@ -54,8 +56,7 @@ def conditions(data: LawData) -> Conditions:
 
 def restitution_columns(at: Conditions, names: Sequence[str], scale: float) -> Array:
     """Columns (K, P) of restitution for a model with the effects ``names`` and a speed ``scale`` (m/s): constant,
-    falling with speed, with direction, with time and run.  Where it drifts beside another effect the two are added,
-    which is off by their product."""
+    falling with speed, with direction, with time and run."""
     columns = [np.ones(len(at.before))]
     if SPEED in names:
         columns.append(np.exp(-at.before / scale))
@@ -67,20 +68,26 @@ def restitution_columns(at: Conditions, names: Sequence[str], scale: float) -> A
 
 
 def restitution_design(data: LawData, names: Sequence[str]) -> Array:
-    """:func:`restitution_columns` of measured impacts, with the speed scale that they show."""
-    scale = best_speed_scale(data) if SPEED in names else 1.0
-    return restitution_columns(conditions(data), names, scale)
+    """:func:`restitution_columns` of measured impacts, with the speed scale that they show beside the others; what
+    drifts is the whole restitution, whatever else it follows."""
+    at, others = conditions(data), [name for name in names if name != SPEED]
+    scale = best_speed_scale(data, restitution_columns(at, others, 1.0)[:, 1:]) if SPEED in names else 1.0
+    columns = restitution_columns(at, names, scale)
+    if DRIFT in names and columns.shape[1] > 1 + DRIFTS:
+        still = columns[:, :-DRIFTS] @ fit_restitution(data, columns)[0][:-DRIFTS]
+        columns[:, -DRIFTS:] *= (still / np.mean(still))[:, None]
+    return columns
 
 
-def best_speed_scale(data: LawData) -> float:
-    """Speed scale (m/s) of an exponential fall of restitution, by likelihood: a grid, then a bounded search about its
-    best.
+def best_speed_scale(data: LawData, beside: Array | None = None) -> float:
+    """Speed scale (m/s) of an exponential fall of restitution beside the columns ``beside`` (K, .), by likelihood: a
+    grid, then a bounded search about its best.
     """
-    grid = [_scale_misfit(data, s) for s in SPEED_SCALES_M_PER_S]
+    grid = [_scale_misfit(data, s, beside) for s in SPEED_SCALES_M_PER_S]
     at = int(np.argmin(grid))
     low, high = SPEED_SCALES_M_PER_S[max(at - 1, 0)], SPEED_SCALES_M_PER_S[min(at + 1, len(grid) - 1)]
     found = minimize_scalar(
-        lambda u: _scale_misfit(data, np.exp(u)),
+        lambda u: _scale_misfit(data, np.exp(u), beside),
         bounds=(np.log(low), np.log(high)),
         method="bounded",
         options={"xatol": 1e-3},
@@ -88,17 +95,18 @@ def best_speed_scale(data: LawData) -> float:
     return float(np.exp(found.x)) if found.fun <= grid[at] else SPEED_SCALES_M_PER_S[at]
 
 
-def _scale_misfit(data: LawData, scale: float) -> float:
-    return fit_restitution(data, np.column_stack([np.ones(len(data)), np.exp(-data.before / scale)]))[3]
+def _scale_misfit(data: LawData, scale: float, beside: Array | None) -> float:
+    columns = [np.ones(len(data)), np.exp(-data.before / scale), *(() if beside is None else beside.T)]
+    return fit_restitution(data, np.column_stack(columns))[3]
 
 
-def speed_scale_sd(data: LawData, scale: float) -> float:
+def speed_scale_sd(data: LawData, scale: float, beside: Array | None = None) -> float:
     """Standard deviation (m/s) of the speed scale from the curvature of its profile likelihood."""
     h = SCALE_STEP
     curvature = (
-        _scale_misfit(data, scale * np.exp(h))
-        + _scale_misfit(data, scale * np.exp(-h))
-        - 2 * _scale_misfit(data, scale)
+        _scale_misfit(data, scale * np.exp(h), beside)
+        + _scale_misfit(data, scale * np.exp(-h), beside)
+        - 2 * _scale_misfit(data, scale, beside)
     ) / h**2
     return float(scale * np.sqrt(2 / curvature)) if curvature > LEAST_CURVATURE else scale
 
@@ -133,8 +141,9 @@ def held_restitution(at: Conditions, held: Sizes) -> tuple[Array, Array, Array]:
 class EffectsFit:
     """The restitution with its effects: ``value`` and ``sd`` of the one to which a scenario adds them (of the slowest
     impacts where it falls with the speed, the mean over directions, at the start of the first run where it drifts),
-    ``scatter`` from impact to impact, ``sizes`` (value, sd) of the effects that were fitted; ``unknowns`` fitted,
-    ``scale`` of the speed (m/s), ``held`` sizes."""
+    ``scatter`` from impact to impact, ``sizes`` (value, sd) of the effects that were fitted; ``coefficients`` fitted,
+    of a restitution that has the share ``drift`` more (per second and run) later, ``scale`` of the speed (m/s),
+    ``held`` sizes."""
 
     value: float
     sd: float
@@ -142,20 +151,61 @@ class EffectsFit:
     sizes: Mapping[str, dict[str, tuple[float, float]]]
     names: tuple[str, ...]
     coefficients: Array
+    drift: Array
     scale: float
     held: Sizes
+
+    @property
+    def unknowns(self) -> int:
+        """How many numbers were fitted."""
+        return len(self.coefficients) + DRIFTS * (DRIFT in self.names)
 
     def at(self, here: Conditions) -> Array:
         """Restitution (K,) of impacts under given conditions."""
         design, offset = _design(here, self.names, self.scale, self.held)
-        return np.asarray(offset + design @ self.coefficients, float)
+        return np.asarray(_drifted(here, self.drift) * (offset + design @ self.coefficients), float)
 
 
 def _design(at: Conditions, names: Sequence[str], scale: float, held: Sizes) -> tuple[Array, Array]:
+    """Columns (K, P) and offset (K,) of a restitution before it drifts with a share that is fitted."""
     slope, offset, share = held_restitution(at, held)
-    columns = share[:, None] * restitution_columns(at, names, scale)
+    columns = share[:, None] * restitution_columns(at, [name for name in names if name != DRIFT], scale)
     columns[:, 0] = slope
     return columns, offset
+
+
+def _drifted(at: Conditions, drift: Array) -> Array:
+    """What is left (K,) of a restitution with the ``drift`` (2,) per second and run."""
+    return np.asarray((1 + drift[0] * at.since_start_s) * (1 + drift[1] * at.run), float)
+
+
+class _Fitted(NamedTuple):
+    coefficients: Array
+    covariance: Array
+    drift: Array
+    scatter: float
+
+
+def _fit(data: LawData, free: Sequence[str], scale: float, held: Sizes, beside: Array | None) -> _Fitted:
+    """The ``free`` effects with a given speed ``scale``: coefficients, what a drift makes of them all, and the
+    covariance of both."""
+    at, drifts = conditions(data), DRIFT in free
+    design, offset = _design(at, free, scale, held)
+    coefficients, drift = np.zeros(design.shape[1]), np.zeros(DRIFTS)
+    coefficients[0] = np.mean(data.after / data.before)
+    more = [] if beside is None else [beside]
+    for _ in range(DRIFT_ROUNDS if drifts else 1):
+        share, still = _drifted(at, drift), offset + design @ coefficients
+        columns = [share[:, None] * design]
+        if drifts:  # by how much the restitution so far changes with either
+            later = [at.since_start_s * (1 + drift[1] * at.run), at.run * (1 + drift[0] * at.since_start_s)]
+            columns.append(still[:, None] * np.column_stack(later))
+        plain = replace(data, after=data.after - share * offset * data.before)
+        found, covariance, scatter, _ = fit_restitution(plain, np.column_stack([*columns, *more]))
+        k = design.shape[1]
+        coefficients, drift = found[:k], drift + (found[k : k + DRIFTS] if drifts else 0.0)
+    told = k + DRIFTS * drifts
+    return _Fitted(coefficients, covariance[:told, :told], drift, scatter)
 
 
 def fit_effects(data: LawData, names: Sequence[str], held: Sizes, beside: Array | None = None) -> EffectsFit:
@@ -165,23 +215,23 @@ def fit_effects(data: LawData, names: Sequence[str], held: Sizes, beside: Array 
     at = conditions(data)
     _, offset, _ = held_restitution(at, held)
     plain = replace(data, after=data.after - offset * data.before) if held else data
-    scale = best_speed_scale(plain) if SPEED in free else 1.0
-    design, _ = _design(at, free, scale, held)
-    k = design.shape[1]
-    c, covariance, scatter, _ = fit_restitution(plain, design if beside is None else np.column_stack([design, beside]))
-    c, covariance = c[:k], covariance[:k, :k]
+    others = restitution_columns(at, [name for name in free if name != SPEED], 1.0)[:, 1:]
+    scale = best_speed_scale(plain, others) if SPEED in free else 1.0
+    fitted = _fit(data, free, scale, held, beside)
+    c, covariance = fitted.coefficients, fitted.covariance
+    k = len(c)
     slow = np.array([1.0, float(SPEED in free), *np.zeros(max(k - 2, 0))])[:k]
-    sd = float(np.sqrt(slow @ covariance @ slow))
+    sd = float(np.sqrt(slow @ covariance[:k, :k] @ slow))
     sizes: dict[str, dict[str, tuple[float, float]]] = {}
     if SPEED in free:
-        scale_sd = speed_scale_sd(plain, scale)
+        scale_sd = speed_scale_sd(plain, scale, others)
         # Both limits move with the scale: both ends of the scale's interval are tried.
-        moved = [
-            fit_restitution(plain, _design(at, free, s, held)[0])[0]
+        low, high = (
+            _fit(data, free, s, held, beside).coefficients
             for s in (max(scale - scale_sd, SLOWEST_SCALE_M_PER_S), scale + scale_sd)
-        ]
+        )
         fast, sd = (
-            float(np.hypot(own, 0.5 * abs((moved[1] - moved[0])[:k] @ row)))
+            float(np.hypot(own, 0.5 * abs((high - low) @ row)))
             for own, row in ((np.sqrt(covariance[0, 0]), np.eye(k)[0]), (sd, slow))
         )
         sizes[SPEED] = {"restitution_fast": (float(c[0]), fast), "speed_scale_m_per_s": (scale, scale_sd)}
@@ -189,15 +239,13 @@ def fit_effects(data: LawData, names: Sequence[str], held: Sizes, beside: Array 
         first = 1 + (SPEED in free)
         sizes[DIRECTION] = _turning(c[first : first + 2], covariance[first : first + 2, first : first + 2])
     if DRIFT in free:
-        # They change a restitution that is the mean of the others at the start.
-        at_start = float(np.mean(design[:, :-2] @ c[:-2]))
-        told = {"relative_per_s": k - 2, "relative_per_run": k - 1}
+        told = (("relative_per_s", at.since_start_s), ("relative_per_run", at.run))
         sizes[DRIFT] = {
-            name: (float(c[i] / at_start), float(np.sqrt(covariance[i, i]) / at_start))
-            for name, i in told.items()
-            if np.ptp(design[:, i])
+            name: (float(fitted.drift[i]), float(np.sqrt(covariance[k + i, k + i])))
+            for i, (name, along) in enumerate(told)
+            if np.ptp(along)
         }
-    return EffectsFit(float(slow @ c), sd, scatter, sizes, free, c, scale, held)
+    return EffectsFit(float(slow @ c), sd, fitted.scatter, sizes, free, c, fitted.drift, scale, held)
 
 
 def _turning(vector: Array, covariance: Array) -> dict[str, tuple[float, float]]:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import Junctions, measure
-from analysis.contact.law import Law, fit_restitution
-from analysis.contact.restitution import Conditions, best_speed_scale, conditions, restitution_columns
+from analysis.contact.law import Law
+from analysis.contact.restitution import Conditions, EffectsFit, fit_effects
 from analysis.contact.tangential.lasting import LastingContact
 from analysis.contact.wall_fit import fit_wall
 from analysis.flights.cutting.runs import Run
@@ -26,15 +26,13 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class _Learnt:
     """What some runs say of wall and law: ``late_s`` that a contact lasts (0: an instant) and its ``lasting`` law along
-    the wall, and the restitution's ``coefficients`` of ``restitution_terms``."""
+    the wall, and the ``restitution`` with its effects."""
 
     wall: Wall
     law: Law
     lasting: LastingContact | None
     late_s: float
-    restitution_terms: tuple[str, ...]
-    coefficients: Array
-    speed_scale_m_per_s: float
+    restitution: EffectsFit
 
 
 def subset(junctions: Junctions, keep: NDArray[np.bool_]) -> Junctions:
@@ -84,17 +82,14 @@ def _learn(
         extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
     fitted = fit_wall(junctions, start, terms, prior, extra)
     data = law_of(fitted, impacts)
-    scale = best_speed_scale(data)
-    coefficients = fit_restitution(data, restitution_columns(conditions(data), restitution_terms, scale))[0]
+    restitution = fit_effects(data, restitution_terms, {})
     slope = float(fitted.estimate[-1]) if finite else 0.0
     return _Learnt(
         fitted.wall,
         impacts.law,
         impacts.lasting if finite else None,
         slope,
-        tuple(restitution_terms),
-        coefficients,
-        scale,
+        restitution,
     )
 
 
@@ -105,8 +100,7 @@ def _carry(one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt) -> tuple
         return None
     azimuth = impact.azimuth_rad
     here = Conditions(np.array([before]), azimuth, one.time_s - run.data.start_s, one.run.astype(float))
-    columns = restitution_columns(here, learnt.restitution_terms, learnt.speed_scale_m_per_s)
-    after = float((columns @ learnt.coefficients)[0] * before)
+    after = float(learnt.restitution.at(here)[0] * before)
     q, radius = run.data.inertia_factor, one.radius_m
     stop = abs(slip) / (1 + 1 / q)
     if learnt.lasting is not None:

@@ -50,7 +50,7 @@ def few(impacts: int, unknowns: int) -> float:
 
 def told_restitution(fit: EffectsFit, impacts: int) -> Interval:
     """The restitution to which a scenario adds the effects."""
-    return normal_interval(fit.value, few(impacts, len(fit.coefficients)) * fit.sd)
+    return normal_interval(fit.value, few(impacts, fit.unknowns) * fit.sd)
 
 
 def effect_sizes(
@@ -58,7 +58,7 @@ def effect_sizes(
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """Sizes of the effects that were fitted to so many ``impacts``, directions turned into the room's by ``turn_rad``;
     ``shared``: error of the restitution that all impacts share, which moves a limit and an amplitude of it as much."""
-    wider = few(impacts, len(fit.coefficients))
+    wider = few(impacts, fit.unknowns)
     told = {effect: {p: (value, wider * sd) for p, (value, sd) in sizes.items()} for effect, sizes in fit.sizes.items()}
     if SPEED in told:
         value, sd = told[SPEED]["restitution_fast"]

@@ -10,15 +10,17 @@ import pytest
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
-from analysis.contact.law import LawData
+from analysis.contact.law import LawData, fit_restitution
 from analysis.contact.restitution import (
     DIRECTION,
     DRIFT,
     RESTITUTION_EFFECTS,
     SPEED,
     Conditions,
+    conditions,
     fit_effects,
     held_restitution,
+    restitution_design,
 )
 from analysis.flights.stated_terms import drift_from_the_start
 from analysis.identify import identify_series
@@ -99,3 +101,22 @@ def test_effects_on_the_restitution_fitted_and_held(effect):
     ((_, told),) = beside.sizes.items()
     for name, (value, sd) in told.items():
         assert name == "direction_rad" or abs(value) < 4 * sd, (name, value, sd)
+
+
+def test_what_drifts_is_the_whole_restitution():
+    """A fall with the speed beside a strong drift: added to each other, the fast limit had been off by half of it."""
+    both = {SPEED: SIZES[SPEED], DRIFT: {"relative_per_s": 0.17, "relative_per_run": -0.03}}
+
+    def truth(at: Conditions) -> np.ndarray:
+        slope, offset, _ = held_restitution(at, both)
+        return offset + slope * 0.82
+
+    data = impacts(np.random.default_rng(6), truth)
+    fitted = fit_effects(data, [SPEED, DRIFT], {})
+    for effect, sizes in fitted.sizes.items():
+        for name, (value, sd) in sizes.items():
+            assert abs(value - both[effect][name]) < 3.5 * sd < 0.1, (name, value, sd)
+    assert abs(fitted.value - 0.82) < 3.5 * fitted.sd
+    np.testing.assert_allclose(fitted.at(conditions(data)), truth(conditions(data)), rtol=0, atol=3e-3)
+    # Nor is anything left for the design in which gains are judged.
+    assert fit_restitution(data, restitution_design(data, [SPEED, DRIFT]))[2] < 2e-3

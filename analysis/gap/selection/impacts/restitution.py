@@ -71,7 +71,7 @@ def kept_gain(data: LawData, names: Sequence[str], name: str, beside: Array | No
     """What an effect that the model ``names`` holds gains over the model without it."""
     others = [n for n in names if n != name]
     design = _beside(restitution_design(data, others), beside)
-    scale = best_speed_scale(data) if name == "speed_dependent_restitution" else 1.0
+    scale = best_speed_scale(data, design[:, 1:]) if name == "speed_dependent_restitution" else 1.0
     columns = restitution_columns(conditions(data), [name], scale)[:, 1:]
     return _restitution_gain(data, design, fit_restitution(data, design)[3], columns, name=name, named=True)
 
@@ -90,7 +90,8 @@ def restitution_groups(
     if "speed_dependent_restitution" in withheld:
         out.append(("the approach speed", speeds, False))
     elif "speed_dependent_restitution" not in base:
-        out.append(("speed_dependent_restitution", _columns(np.exp(-data.before / best_speed_scale(data))), True))
+        scale = best_speed_scale(data, restitution_design(data, base)[:, 1:])
+        out.append(("speed_dependent_restitution", _columns(np.exp(-data.before / scale)), True))
     else:
         out.append(("the approach speed in another way", speeds, False))
     if "direction_dependent_restitution" in withheld:
