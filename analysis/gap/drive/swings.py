@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 
 from analysis.gap.drive.measured_path import MeasuredPath, whitened
 from analysis.gap.drive.pushes import Pushes, RunPushes, answers
+from analysis.statistics.student import student_over_normal
 
 Array = NDArray[np.float64]
 #: effects that a swing may be: the whole Host gives, or what carries its markers rings
@@ -244,8 +245,8 @@ def _damping(logit: Array) -> Array:
 def _covariance(
     swing: Swing, paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], white: Sequence[Array]
 ) -> Array:
-    """Of share, frequency and damping: by the runs' scores (a sandwich over runs) where there are enough, never less
-    than the noise gives."""
+    """Of share, frequency and damping: by the runs' scores (a sandwich over runs, wider where these are few), never
+    less than the noise gives."""
     hz = swing.frequency_hz * np.array([1, 1 - STEP, 1 + STEP, 1, 1])
     zeta = swing.damping * np.array([1, 1, 1, 1 - STEP, 1 + STEP])
     normal, scores = np.zeros((3, 3)), []
@@ -266,7 +267,8 @@ def _covariance(
     if len(paths) < 4:
         return inverse
     spread = inverse @ np.einsum("ri,rj->ij", np.array(scores), np.array(scores)) @ inverse
-    wider = np.sqrt(np.maximum(np.diag(spread) / np.maximum(np.diag(inverse), 1e-300), 1.0))
+    few = len(paths) / (len(paths) - 1) * student_over_normal(len(paths) - 1) ** 2
+    wider = np.sqrt(np.maximum(few * np.diag(spread) / np.maximum(np.diag(inverse), 1e-300), 1.0))
     return inverse * np.outer(wider, wider)
 
 
