@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal.windows import dpss
 
 from analysis.flights.cutting.runs import Run
 from analysis.motion.host_lines import noise_correlation
@@ -140,6 +139,8 @@ def _band_of(t: Array, place: Array) -> tuple[float, float]:
 
 def _band(t: Array, middle_hz: float, half_hz: float) -> Array:
     """Columns (N, Q) of all that lies in a band: a carrier times discrete prolate sequences."""
+    from scipy.signal.windows import dpss  # takes long to load, and drives of lines do without
+
     turns = max(half_hz * float(np.ptp(t)), 1.0)
     tapers = dpss(len(t), turns, int(np.ceil(2 * turns)) + BEYOND)
     even = np.linspace(t[0], t[-1], len(t))

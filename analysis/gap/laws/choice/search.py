@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import wilcoxon
 
 from analysis.gap.laws.choice.found import Found, Rival
 from analysis.gap.laws.choice.listed import PER_UNKNOWN, Listed, columns_of, with_parts
@@ -118,6 +117,8 @@ def _by_runs(forms: Forms, prices: Array) -> float:
     Where a probe has found something, and a candidate is a part of it only, what it leaves is no noise: signs drawn for
     that find as much as the part does (contacts that rest, in seven runs: 0.06 by signs, 1 in 128 by runs).  It
     takes seven runs to say 1 in 100 so."""
+    from scipy.stats import wilcoxon  # takes long to load, and most series have no law
+
     gains = gains_of_choice(forms, prices)
     return float(wilcoxon(gains, alternative="greater", method="exact").pvalue) if np.any(gains) else 1.0
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from analysis.contact.held_laws import since_before
 from analysis.contact.law import LawData
@@ -97,4 +97,4 @@ def run_columns(run: NDArray[np.int64]) -> Array | None:
 
 def runs_by_chance(columns: Array) -> float:
     """How much more chance gains by ``columns`` (K, C) than by a pair of them."""
-    return float(chi2.isf(SELDOM, columns.shape[1]) - chi2.isf(SELDOM, 2))
+    return float(chdtri(columns.shape[1], SELDOM) - chdtri(2, SELDOM))
