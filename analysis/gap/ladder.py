@@ -120,6 +120,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
     outside = _outside_the_wall(corrected, impacts)
     if outside is not None:
+        outside = _with_stated_inertia(outside, series)
         first = first_flights(outside, effects)
         inertia, flights, corrected = _flights_and_disk(outside, first, effects, withheld, tests, rng)
         impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
@@ -224,8 +225,7 @@ def with_held_law(
     """The ladder of ``runs`` that hold a law which is the effect ``cause``: what acts on their flights beside it, the
     disk, impacts and wall are asked anew, for flights that lacked it bent them all."""
     measured, effects = ladder.measured, stated_effects(ladder.series)
-    factor = measured.runs[0].data.inertia_factor * stated_ratio(measured) / runs[0].data.inertia_factor
-    series = with_inertia(replace(ladder.series, runs=tuple(runs)), factor)
+    series = _with_stated_inertia(replace(ladder.series, runs=tuple(runs)), measured)
     first = first_flights(series, effects)
     inertia, flights, series = _flights_and_disk(series, first, effects, withheld, ladder.measurement, rng)
     flights = replace(flights, nominal=ladder.flights.nominal, causes=(*flights.causes, cause))
@@ -241,6 +241,12 @@ def with_held_law(
         ladder, series=series, inertia=inertia, flights=flights, causes=tuple(causes), structure=tuple(structure)
     )
     return with_contacts_of(ladder, flights.fitted, rng, withheld)
+
+
+def _with_stated_inertia(series: Series, measured: Series) -> Series:
+    """The series whose disk has again the inertia that is stated of the one ``measured``, to be asked for anew."""
+    stated = measured.runs[0].data.inertia_factor * stated_ratio(measured)
+    return with_inertia(series, stated / series.runs[0].data.inertia_factor)
 
 
 def stated_effects(series: Series) -> list[str]:

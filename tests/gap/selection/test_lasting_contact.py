@@ -124,3 +124,12 @@ def test_the_page_draws_the_law_that_the_impacts_follow(ladder):
     off = [np.interp(share, *one.get_data()) - ratio for one in (instant, lasting)]
     beside, on_it = (float(np.sqrt(np.mean(one[inside] ** 2))) for one in off)
     assert on_it < 0.5 * beside
+
+
+def test_an_inertia_beside_it_keeps_its_name(loaded):
+    """Frames in the wall are left out of flights that have the inertia already: asked of these, it had been gone."""
+    truth, series = loaded("finite_contact_time+inertia_error", 1.0, 3, runs=3)
+    sizes = {cause.effect: cause.parameters for cause in run_ladder(series, np.random.default_rng(0)).causes}
+    assert set(sizes) == {"finite_contact_time", "inertia_error"}
+    ratio, sd = sizes["inertia_error"]["ratio"]
+    assert abs(ratio - truth["inertia_error"]["ratio"]) < 3 * sd < 0.1
