@@ -36,8 +36,9 @@ from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.kernel import sizes
+from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
-from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES, TARGETS
+from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES
 from ovines.law_file import law_text, read_law
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
