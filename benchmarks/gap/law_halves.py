@@ -25,10 +25,10 @@ from analysis.blind.series import make_series
 from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.products import of_flights, of_impacts
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.impact_rows import distance_regression, law_regression
 from analysis.gap.laws.pulses import pulse_candidates

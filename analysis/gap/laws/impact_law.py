@@ -14,9 +14,9 @@ from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.search import LEVEL, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push, size

@@ -22,9 +22,9 @@ from analysis.gap.laws.choice.numbers_inside import Numbers
 from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, _by_runs, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, named_numbers, ways, with_coefficients, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.parts import RigScales, plain, scaled
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import sized_law
 from analysis.gap.laws.impact_law import needless_beside

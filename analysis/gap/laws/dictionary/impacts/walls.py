@@ -10,17 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import (
+from analysis.gap.laws.dictionary.impacts.around import around, creeping, in_step, spaced, swaying
+from analysis.gap.laws.dictionary.impacts.law import SCALES
+from analysis.gap.laws.dictionary.impacts.memory import (
     BREATHING,
-    SCALES,
     after_the_way,
-    around,
-    creeping,
-    in_step,
     settling_by_run,
-    spaced,
     struck_here,
-    swaying,
     swinging,
     worn,
 )
