@@ -18,6 +18,7 @@ from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.impact_rates import rate_candidates
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.selection.impact_laws import law_accepted
@@ -61,7 +62,8 @@ def find_impact_law(
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = law_regression(impacts, fits, restitution_terms)
-    candidates = [one for one in law_candidates(problem.known) if leave_out is None or not leave_out(one)]
+    every = [*law_candidates(problem.known), *_of_rates(problem, fits, rng)]
+    candidates = [one for one in every if leave_out is None or not leave_out(one)]
     found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts(problem.known))
     for one in left if found is None else ():
         near = [candidate for candidate in candidates if _as_probed(candidate, one)]
@@ -74,6 +76,11 @@ def find_impact_law(
     # Scatter that the law explains is no noise: weighed again with it, the law is measured once more.
     sharp = law_regression(impacts, fits, restitution_terms, law_at(found.parts, values_of(found)))
     return told_law(sharp, found, p, frame)
+
+
+def _of_rates(problem: ImpactRegression, fits: Sequence[FlightFits], rng: np.random.Generator) -> list[Candidate]:
+    """What swings at rates of its own; its signs are drawn aside, so that they bend no other chance."""
+    return rate_candidates(problem, fits[0].run.period_s, rng.spawn(1)[0])
 
 
 def _as_probed(candidate: Candidate, left: Structure) -> bool:
@@ -97,9 +104,8 @@ def find_wall_law(
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = distance_regression(impacts, fits)
-    found, p = find_law(
-        problem.problem, problem.columns, wall_candidates(problem.known), rng, level, of_impacts(problem.known)
-    )
+    candidates = [*wall_candidates(problem.known), *_of_rates(problem, fits, rng)]
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts(problem.known))
     return None if found is None else told_wall_law(problem, found, p, impacts, fits, frame, least_m)
 
 

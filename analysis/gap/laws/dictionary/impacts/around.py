@@ -30,6 +30,8 @@ SPACED, SPACED_STARTS, SPACED_WIDTHS = (2, 3, 4, 6), 6, (0.07, 0.15)
 # What goes round the wall with the time: orders of its waves, its turns in the longest run, step (rad in that) of a
 # search.
 CREEPS, CREEP_TURNS, CREEP_STEP = (1.0, 2.0), (0.25, 0.5, 1.0, 2.0), 0.3
+# Orders around the wall and over the drive's phase of what differs with both.
+IN_STEP = ((1.0, 1.0), (2.0, 1.0), (1.0, 2.0), (2.0, 2.0))
 # Half cycles in the longest run of what comes and goes by itself.
 CYCLES = 8
 
@@ -116,7 +118,9 @@ def swaying(name: str, target: str, known: Array) -> list[Candidate]:
     return [Candidate(f"{name} that sways", sways, (rate,), (CREEP_STEP / (rate * run_s),), (True,)) for rate in rates]
 
 
-def in_step(name: str, target: str, order: float = 1.0) -> Candidate:
+def in_step(name: str, target: str, order: float = 1.0, cycles: float = 1.0) -> Candidate:
     """What differs around the wall and with the drive: a side that gives way in step, a wave that goes round."""
-    terms = (Term(target, 1.0, (one, other)) for one in waves("azimuth", order) for other in waves("phase"))
-    return plain(f"{name} with the azimuth{'' if order == 1 else f', order {order:g},'} and the phase", *terms)
+    pairs = [(one, other) for one in waves("azimuth", order) for other in waves("phase", cycles)]
+    around = f"azimuth{'' if order == 1 else f', order {order:g},'}"
+    phase = f"phase{'' if cycles == 1 else f', order {cycles:g}'}"
+    return plain(f"{name} with the {around} and the {phase}", *(Term(target, 1.0, one) for one in pairs))

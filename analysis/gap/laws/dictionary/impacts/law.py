@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
 from analysis.gap.laws.dictionary.impacts.around import (
+    IN_STEP,
     ORDERS,
     SIDE_ORDERS,
     around_everything,
@@ -20,10 +21,13 @@ from analysis.gap.laws.dictionary.impacts.around import (
 from analysis.gap.laws.dictionary.impacts.memory import (
     BREATHING,
     after_the_way,
+    leaning,
+    left_fast,
     ringing,
     settling_by_run,
     struck_here,
     swinging,
+    turning,
     worn,
 )
 from analysis.gap.laws.dictionary.modulated import WEARS, Carrier
@@ -69,6 +73,10 @@ PRODUCTS = (
     ("slip over approach speed", (Factor("slip", "absolute_power"), Factor("approach", "absolute_power", -1.0))),
     ("spin over approach speed", (Factor("spin", "absolute_power"), Factor("approach", "absolute_power", -1.0))),
     ("whether it slips as the contact before did", (Factor("slip", "sign"), Factor("last_slip", "sign"))),
+    (
+        "the Host's acceleration about its centre against the slip",
+        (Factor("slip", "sign"), Factor("host_acceleration_around")),
+    ),
     ("the slip of the contact before, against its own", (Factor("slip", "sign"), Factor("last_slip"))),
 )
 # Quantiles of a quantity at which a scale starts.
@@ -98,7 +106,7 @@ def law_candidates(known: Array) -> list[Candidate]:
             ):
                 terms = (Term(target, 1.0, (factor, wave)) for wave in waves(quantity))
                 out.append(plain(f"{WORDS[target]} with {name} and the {quantity}", *terms))
-        out.append(in_step(WORDS[target], target))
+        out += [in_step(WORDS[target], target, *orders) for orders in IN_STEP]
         for quantity in ("host_acceleration_along", "host_velocity_along"):
             terms = (Term(target, 1.0, (way,)) for way in ways(quantity))
             out.append(plain(f"{WORDS[target]} with {quantity.replace('_', ' ')}", *terms))
@@ -107,6 +115,8 @@ def law_candidates(known: Array) -> list[Candidate]:
             out += creeping(WORDS[target], target, known)
             out += swaying(WORDS[target], target, known)
         out += _scaled(target, known)
+        out += [*leaning(WORDS[target], target, known), *turning(WORDS[target], target, known)]
+        out += left_fast(WORDS[target], target, known)
         if target != "spin_kept":
             carrier = Carrier(WORDS[target], (Term(target, 1.0),))
             out += [
@@ -184,6 +194,8 @@ def _plain() -> list[tuple[str, Factor]]:
         ("the Host's acceleration outwards alone", Factor("host_acceleration_outwards", "above", 1.0, 0.0)),
         ("the sense of the Host's acceleration outwards", Factor("host_acceleration_outwards", "sign")),
         ("the Host's acceleration about its centre", Factor("host_acceleration_around")),
+        ("the size of the Host's acceleration about its centre", Factor("host_acceleration_around", "absolute_power")),
+        ("the size of the Host's acceleration outwards", Factor("host_acceleration_outwards", "absolute_power")),
         ("the way from the contact before", Factor("from_contact")),
         ("the approach speed of the contact before", Factor("last_approach")),
         ("the slip of the contact before", Factor("last_slip", "absolute_power")),
