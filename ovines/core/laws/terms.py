@@ -184,6 +184,8 @@ def _beside_frames(target: str) -> tuple[str, ...]:
         return W.OF_NES_CARD
     if target == "camera_delay":
         return W.OF_CAMERA_DELAY
+    if target in W.PICTURE:
+        return W.OF_PICTURE
     return W.OF_NES_PICTURE if target in W.NES_PICTURE else ()
 
 

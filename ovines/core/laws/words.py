@@ -403,6 +403,9 @@ OF_FRAMES = (
 )
 #: what one of a marker may follow beside: what its body is known to do
 OF_MARKERS = ("spin", "angle", "speed", "heading", "struck_rim")
+#: what a camera's whole picture may follow beside, and its targets: where the disk goes, which a camera that steadies
+#: its picture takes for its own shake
+OF_PICTURE, PICTURE = ("nes_place_along", "velocity_along"), ("picture_u", "picture_v", "picture_zoom", "picture_turn")
 #: what one of the NES in a picture may follow beside, and its targets
 OF_NES_PICTURE, NES_PICTURE = ("angle", "spin", "speed", "velocity_along"), ("nes_picture_u", "nes_picture_v")
 #: what one of the place where the NES is seen may follow beside, and its targets
