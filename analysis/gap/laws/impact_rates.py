@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -19,7 +19,7 @@ from analysis.gap.laws.dictionary.impacts.around import CYCLES, ORDERS, SIDE_ORD
 from analysis.gap.laws.dictionary.impacts.law import INVERSE_APPROACH, WORDS
 from analysis.gap.laws.dictionary.impacts.memory import SWUNG, usual_between_s
 from analysis.gap.laws.dictionary.impacts.walls import BODY_ORDERS, TARGET, WALL_ORDERS, WORD
-from analysis.gap.laws.dictionary.parts import SCALE_STEP
+from analysis.gap.laws.dictionary.parts import ANGLE_STEP, SCALE_STEP
 from analysis.gap.laws.impact_rows import ImpactRegression
 from analysis.gap.laws.regression.problem import Profile
 from analysis.gap.laws.regression.scan import Scan
@@ -29,9 +29,9 @@ from ovines.core.laws.terms import Factor, Term
 Array = NDArray[np.float64]
 # Series with turned signs whose best says what looking for a rate takes.
 TURNS = 19
-# Rates in steps of this share of a turn over all that a clock shows, up to this share of the frame rate: of finer times
-# frames say little.
-APART, HIGHEST = 0.25, 0.48
+# Rates in steps of this share of a turn over all that a clock shows; of a hum no more than so many, and none that turns
+# by more (rad) within the sd of an impact's time.
+APART, MOST_RATES, MOST_TURNED = 0.25, 3000, 0.5
 # The fastest wave over the disk's turns (rad per rad), the finest teeth around the wall and around the disk.
 MOST_PER_TURN, MOST_AROUND, MOST_SIDES = 2.0, 40, 24
 # Of what swings after blows: times over the usual one between impacts in which it fades; steps of its rate over one
@@ -56,16 +56,18 @@ class _Word:
 
 
 _WAVE = waves("azimuth")
-_ALONG_LINE = tuple((wave,) for wave in _WAVE)
+_BOTH_WAYS = tuple((wave,) for wave in _WAVE)
 _HUMS = (
     _Word("restitution of a wall that hums", "restitution", (INVERSE_APPROACH,)),
-    _Word("restitution of a wall that hums along a line", "restitution", tuple((*INVERSE_APPROACH, w) for w in _WAVE)),
+    _Word(
+        "restitution of a wall that hums along two lines", "restitution", tuple((*INVERSE_APPROACH, w) for w in _WAVE)
+    ),
     *(_Word(f"{WORDS[one]} that sways fast", one) for one in ("restitution", "wall_friction")),
-    _Word(f"{WORDS['wall_friction']} that sways fast along a line", "wall_friction", _ALONG_LINE),
+    _Word(f"{WORDS['wall_friction']} that sways fast along two lines", "wall_friction", _BOTH_WAYS),
     _Word(f"{WORDS['tangential_restitution']} that sways", "tangential_restitution"),
     _Word("spin added by a wall that hums", "spin_added"),
     _Word(f"{WORD} that sways fast", TARGET),
-    _Word(f"{WORD} that sways fast along a line", TARGET, _ALONG_LINE),
+    _Word(f"{WORD} that sways fast along two lines", TARGET, _BOTH_WAYS),
 )
 _TARGETS = (*((WORDS[one], one) for one in ("restitution", "wall_friction", "tangential_restitution")), (WORD, TARGET))
 _OVER_TURNS = tuple(_Word(f"{word} in waves over the disk's turns", target) for word, target in _TARGETS)
@@ -103,8 +105,11 @@ _LISTED = {
 }
 
 
-def rate_candidates(rows: ImpactRegression, period_s: float, rng: np.random.Generator) -> list[Candidate]:
-    """The best of each family for the targets that ``rows`` answer; ``period_s``: from frame to frame."""
+def rate_candidates(
+    rows: ImpactRegression, period_s: float, time_sd_s: float, rng: np.random.Generator
+) -> list[Candidate]:
+    """The best of each family for the targets that ``rows`` answer; ``period_s``: from frame to frame, ``time_sd_s`` of
+    an impact's time, where two flights meet."""
     known = rows.known
     if not len(known):
         return []
@@ -116,7 +121,8 @@ def rate_candidates(rows: ImpactRegression, period_s: float, rng: np.random.Gene
     out = _best_swings(rows, period_s, rng)
     if run_s > 0.0:
         step = 2 * math.pi * APART / run_s
-        fast = np.arange(CYCLES * math.pi / run_s, 2 * math.pi * HIGHEST / period_s, step)
+        slowest = CYCLES * math.pi / run_s
+        fast = np.arange(slowest, min(MOST_TURNED / time_sd_s, slowest + MOST_RATES * step), step)
         out += _best_waves(rows, "time", known[:, W.TIME], fast, _HUMS, rng, step)
     if (span := float(np.ptp(turns))) > 0.0:
         step = 2 * math.pi * APART / span
@@ -142,7 +148,8 @@ def _best_waves(
     problem = rows.problem
     ways = [rows.columns(word.terms) for word in words]
     word_of = np.repeat(np.arange(len(words)), [one.shape[1] for one in ways])
-    left = Profile.of(problem).residual[: len(problem.residual)]
+    profile = Profile.of(problem)
+    left = profile.residual[: len(problem.residual)]
     scan = Scan.of(problem.block, left, clock, np.ones(len(clock)))
     each = scan.gains(np.hstack(ways), _turned(problem.block, rng), rates)
     gains = np.array([each[word_of == i].sum(0) for i in range(len(words))])
@@ -156,7 +163,14 @@ def _best_waves(
         rate = float(rates[int(np.argmax(of_word))])
         make = partial(_waving, word, quantity)
         if step > 0.0:
-            out.append(Candidate(word.name, make, (rate,), (0.5 * step / rate,), (True,), price))
+            near = 0.5 * step / rate
+            out.append(Candidate(word.name, make, (rate,), (near,), (True,), price))
+            if len(word.ways) > 1:
+                sizes = profile.gain(rows.columns(make(rate)))[1].reshape(len(word.ways), -1)
+                most = np.linalg.svd(sizes)[0][:, 0]
+                name, along = word.name.replace("two lines", "a line"), partial(_along_line, word, quantity)
+                numbers, steps = (rate, math.atan2(most[1], most[0])), (near, ANGLE_STEP)
+                out.append(Candidate(name, along, numbers, steps, (True, False), price))
         else:
             terms = make(rate)
             out.append(Candidate(f"{word.name}, order {rate:g}", lambda terms=terms: terms, looked=price))
@@ -166,6 +180,13 @@ def _best_waves(
 def _waving(word: _Word, quantity: str, rate: float) -> tuple[Term, ...]:
     pair = waves(quantity, rate) if quantity in ("azimuth", "body_angle") else waves(quantity, 1.0, 1.0 / rate)
     return tuple(Term(word.target, 1.0, (*factors, wave)) for factors in word.ways for wave in pair)
+
+
+def _along_line(word: _Word, quantity: str, rate: float, angle: float) -> tuple[Term, ...]:
+    """The same along one line: its part of the first of the word's ways, turned."""
+    *factors, across = word.ways[0]
+    turned = (*factors, replace(across, x=angle))
+    return tuple(Term(word.target, 1.0, (*turned, wave)) for wave in waves(quantity, 1.0, 1.0 / rate))
 
 
 def _turned(block: NDArray[np.int64], rng: np.random.Generator) -> Array:
