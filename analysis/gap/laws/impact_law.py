@@ -72,7 +72,7 @@ def find_impact_law(
     problem = law_regression(impacts, fits, restitution_terms)
 
     def asked(rows: ImpactRegression) -> list[Candidate]:
-        every = [*law_candidates(rows.known), *_of_rates(rows, impacts, fits, rng)]
+        every = [*law_candidates(rows.known), *of_rates(rows, impacts, fits, rng)]
         return [one for one in every if leave_out is None or not leave_out(one)]
 
     candidates = asked(problem)
@@ -93,7 +93,7 @@ def find_impact_law(
     return told_law(sharp, found, p, frame)
 
 
-def _of_rates(
+def of_rates(
     problem: ImpactRegression, impacts: ImpactFit, fits: Sequence[FlightFits], rng: np.random.Generator
 ) -> list[Candidate]:
     """What swings at rates of its own; its signs are drawn aside, so that they bend no other chance."""
@@ -122,7 +122,7 @@ def find_wall_law(
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = distance_regression(impacts, fits)
-    candidates = [*wall_candidates(problem.known), *_of_rates(problem, impacts, fits, rng)]
+    candidates = [*wall_candidates(problem.known), *of_rates(problem, impacts, fits, rng)]
     found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts(problem.known))
     return None if found is None else told_wall_law(problem, found, p, impacts, fits, frame, least_m)
 
