@@ -12,8 +12,8 @@ from analysis.motion.host_path import HostMotion
 from ovines.core import Scenario
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
+from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import rows_of
-from ovines.core.laws.words import TARGETS
 
 Array = NDArray[np.float64]
 
@@ -58,6 +58,10 @@ def laws_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Host
     known[:, W.SINCE] = np.minimum(np.diff(time_s, prepend=-np.inf), W.LONG_AGO_S)
     known[1:, W.LAST_X], known[1:, W.LAST_Y] = np.cos(azimuth[:-1]), np.sin(azimuth[:-1])
     known[1:, W.LAST_APPROACH], known[1:, W.LAST_SLIP] = known[:-1, W.APPROACH], known[:-1, W.SLIP]
+    left = impacts[["normal_speed_after_m_per_s", "tangential_speed_after_m_per_s", "spin_after_rad_per_s"]]
+    normal_left, slip_left, spin_left = left.to_numpy(float).T
+    passed = np.hypot(normal_left, slip_left - scenario.nes.radius_m * spin_left)
+    known[1:, W.LAST_LEFT] = passed[:-1]
     known[:, [W.HOST_AX, W.HOST_AY]] = host_motion.at(time_s, 2)[:, :2]
     normal = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else azimuth
     at_cylinder = np.cos(normal - azimuth) < 0.0
@@ -65,6 +69,7 @@ def laws_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Host
     for i in range(min(W.MOST_BLOWS, len(known) - 1)):
         known[i + 1 :, W.BLOW_TIMES + i] = known[: -i - 1, W.TIME]
         known[i + 1 :, W.BLOW_SPEEDS + i] = known[: -i - 1, W.APPROACH]
+        known[i + 1 :, W.BLOW_SLIPS + i] = known[: -i - 1, W.SLIP]
         known[i + 1 :, W.BLOW_WAYS + i] = known[i + 1 :, W.BLOW_SIDES + i] = pushed[: -i - 1]
     known[:, W.BLOWS], known[:, W.AT_CYLINDER] = np.arange(len(known)), at_cylinder
     rate = host_motion.at(time_s, 1)

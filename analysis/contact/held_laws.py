@@ -14,7 +14,7 @@ from analysis.flights.cutting.impact_before import blows_before, contact_before,
 from analysis.flights.fit import FlightFits
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
-from ovines.core.laws.words import TARGETS
+from ovines.core.laws.targets import TARGETS
 
 Array = NDArray[np.float64]
 # A contact law is fitted to so many impacts.
@@ -65,12 +65,14 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     known[:, W.CLOCK] = [fits[r].run.host.omega_rad_per_s * t for r, t in zip(data.run, known[:, W.TIME], strict=True)]
     flights = [(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)]
     before = [impact_before(*one) for one in flights]
-    last = [W.LAST_X, W.LAST_Y, W.LAST_APPROACH, W.LAST_ANGLE, W.LAST_SLIP]
+    last = [W.LAST_X, W.LAST_Y, W.LAST_APPROACH, W.LAST_ANGLE, W.LAST_SLIP, W.LAST_LEFT]
     known[:, last] = np.reshape([contact_before(*one)[: len(last)] for one in flights], (-1, len(last)))
-    blows = np.reshape([blows_before(*one) for one in flights], (-1, 4, W.MOST_BLOWS))
+    blows = np.reshape([blows_before(*one) for one in flights], (-1, 5, W.MOST_BLOWS))
     known[:, W.BLOW_TIMES : W.BLOW_SPEEDS] = blows[:, 0] - starts[data.run, None]
     known[:, W.BLOW_SPEEDS : W.BLOW_WAYS] = blows[:, 1]
     known[:, W.BLOW_WAYS : W.BLOW_SIDES], known[:, W.BLOW_SIDES : W.BLOWS] = blows[:, 2], blows[:, 3]
+    known[:, W.BLOW_SLIPS : W.START_ANGLE] = blows[:, 4]
+    known[:, W.START_ANGLE] = np.array([fit.run.start_rad for fit in fits])[data.run]
     known[:, W.BLOWS] = [number_of_blows(own, k) for _, own, k in flights]
     for r, fit in enumerate(fits):
         own = data.run == r

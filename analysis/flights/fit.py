@@ -25,7 +25,6 @@ from analysis.flights.equation.parameters import (
 from analysis.flights.force_path import ForcePath
 from analysis.flights.noise import PLAIN, FlightNoise, StandardResiduals
 from analysis.flights.single_flight import WhiteFrames, fit_single, fly_with_derivatives, start_state
-from ovines.core.laws.words import MOST_BLOWS
 
 Array = NDArray[np.float64]
 
@@ -99,7 +98,8 @@ def with_contacts_before(parameters: Array, run: RunData, flights: Sequence[Flig
     """``parameters`` of flight ``k``, which know the contact before it, and the blows before that."""
     own = parameters.copy()
     own[CONTACT_BEFORE] = contact_before(run, flights, k)[: len(CONTACT_BEFORE)]
-    own[BLOW_TIMES : BLOW_TIMES + 4 * MOST_BLOWS] = blows_before(run, flights, k).ravel()
+    blows = blows_before(run, flights, k)
+    own[BLOW_TIMES : BLOW_TIMES + blows.size] = blows.ravel()
     own[BLOWS] = number_of_blows(flights, k)
     return own
 

@@ -25,11 +25,12 @@ from analysis.blind.series import make_series
 from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import with_coefficients
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.products import of_flights, of_impacts
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
+from analysis.gap.laws.impact_law import of_rates
 from analysis.gap.laws.impact_rows import distance_regression, law_regression
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.halves import NORMAL_90, scatter_of_runs, second_half
@@ -64,11 +65,15 @@ def problems(stage, fitted, series):
         more = pulse_candidates(rows, scales.run_s, np.random.default_rng(2))
         yield "flight", rows, ([*flight_candidates(scales), *more], of_flights(scales))
     if stage in ("impact", "none"):
-        rows = law_regression(fit_impacts(fitted.fits), fitted.fits, ())
-        yield "impact", rows, (law_candidates(rows.known), of_impacts(rows.known))
+        impacts = fit_impacts(fitted.fits)
+        rows = law_regression(impacts, fitted.fits, ())
+        candidates = [*law_candidates(rows.known), *of_rates(rows, impacts, fitted.fits, np.random.default_rng(3))]
+        yield "impact", rows, (candidates, of_impacts(rows.known))
     if stage in ("geometry", "none"):
-        rows = distance_regression(fit_impacts(fitted.fits), fitted.fits)
-        yield "geometry", rows, (wall_candidates(rows.known), of_impacts(rows.known))
+        impacts = fit_impacts(fitted.fits)
+        rows = distance_regression(impacts, fitted.fits)
+        candidates = [*wall_candidates(rows.known), *of_rates(rows, impacts, fitted.fits, np.random.default_rng(3))]
+        yield "geometry", rows, (candidates, of_impacts(rows.known))
 
 
 def one_half(rows, candidates, multipliers):

@@ -151,10 +151,10 @@ def run(
     trial, low = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
-    forget_contacts(p)
+    forget_contacts(y[4], p)
     if p[P.BEGINS_WITH] >= 0.0:
         place(0.0, y, system, work[P.SCRATCH], work[P.PLACE])
-        remember_contact(0.0, work[P.PLACE], y[4], (p[P.BEGINS_WITH], 0.0), False, p)
+        remember_contact(0.0, work[P.PLACE], y, (p[P.BEGINS_WITH], 0.0), False, p)
     n_impacts, n_contacts, in_contact = 0, 0, 0.0
     mode, wall = P.FLIGHT, -1
     at_rest = False
@@ -190,7 +190,7 @@ def run(
         carry_extended(y, before, low, record, counted and mode == P.FLIGHT, p, k)
         if counted:
             speeds = record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE]
-            remember_contact(t, work[P.PLACE], y[4], speeds, wall == P.OBSTACLE, p)
+            remember_contact(t, work[P.PLACE], y, speeds, wall == P.OBSTACLE, p)
             if n_impacts < impacts.shape[0]:
                 copy_into(impacts[n_impacts], record)
             n_impacts += 1

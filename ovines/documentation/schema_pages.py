@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import ovines
-from ovines.core.laws.words import QUANTITIES, TARGETS
+from ovines.core.laws.targets import TARGETS
+from ovines.core.laws.words import QUANTITIES
 from ovines.io.toml_input import Section
 from ovines.law_file import LawFile
 from ovines.recording_schema import RecordingFile

@@ -24,7 +24,8 @@ from analysis.gap.selection.centres import centre_offsets, is_effect
 from analysis.gap.selection.flights.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
 from analysis.gap.tests_by_hand import NEXT_TEST
-from ovines.core.laws.words import QUANTITIES, TARGETS
+from ovines.core.laws.targets import TARGETS
+from ovines.core.laws.words import QUANTITIES
 from tests.analysis.conftest import browse  # noqa: F401  (a fixture)
 
 FIGURES = (

@@ -21,7 +21,8 @@ class FlightRig(NamedTuple):
     ``host``: the Host's path (:meth:`analysis.motion.host_path.HostMotion.table`); ``inertia_factor`` q of
     I = q m R^2; ``omega_rad_per_s`` and ``phase_rad`` at t = 0 of the drive's main line; ``law``: terms of a written
     law, which counts time from ``start_s`` on and runs from 0 (``number``); ``middle_x_m``, ``middle_y_m``: the disk's
-    geometric centre from its centre of mass, in the disk's frame: there the floor's friction acts.
+    geometric centre from its centre of mass, in the disk's frame: there the floor's friction acts; ``start_rad``: its
+    angle as the run began.
     """
 
     host: HostTable
@@ -35,3 +36,4 @@ class FlightRig(NamedTuple):
     number: float = 0.0
     middle_x_m: float = 0.0
     middle_y_m: float = 0.0
+    start_rad: float = 0.0

@@ -55,9 +55,10 @@ def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> Contact:
 
 
 def blows_before(run: RunData, flights: Sequence[Flight], k: int) -> Array:
-    """Times (s), normal speeds (m/s), and directions (rad) in the room and seen from the disk, of the impacts before
-    flight ``k`` (4, MOST_BLOWS), the latest first, of those with a flight on either side; zeros further back."""
-    out, k = np.zeros((4, MOST_BLOWS)), first_piece(flights, k)
+    """Times (s), normal speeds (m/s), directions (rad) in the room and seen from the disk, and tangential speeds (m/s)
+    of the impacts before flight ``k`` (5, MOST_BLOWS), the latest first, of those with a flight on either side; zeros
+    further back."""
+    out, k = np.zeros((5, MOST_BLOWS)), first_piece(flights, k)
     for i in range(MOST_BLOWS):
         while k > 0 and not flights[k - 1].joined:
             k = first_piece(flights, k - 1)
@@ -65,7 +66,8 @@ def blows_before(run: RunData, flights: Sequence[Flight], k: int) -> Array:
             break
         contact = contact_before(run, flights, k)
         side_rad = contact.push_rad - contact.angle_rad
-        out[:, i] = impact_before(run, flights, k), contact.approach_m_per_s, contact.push_rad, side_rad
+        speeds = contact.approach_m_per_s, contact.slip_m_per_s
+        out[:, i] = impact_before(run, flights, k), speeds[0], contact.push_rad, side_rad, speeds[1]
         k = first_piece(flights, k - 1)
     return out
 
@@ -90,7 +92,8 @@ def _contact_between(run: RunData, before: Flight, after: Flight, time_s: float)
     # The wall is pushed outwards, a cylinder in the middle towards the Host's centre: friction turns the jump, not the
     # place.
     push_rad = math.atan2(place[1], place[0]) + (0.0 if place @ normal >= 0.0 else math.pi)
-    return Contact(float(place[0]), float(place[1]), max(float(velocity @ normal), 0.0), angle, slip, push_rad, spun)
+    approach, left = max(float(velocity @ normal), 0.0), float(np.hypot(*(lines[-1][1] - rate)))
+    return Contact(float(place[0]), float(place[1]), approach, angle, slip, left, push_rad, spun)
 
 
 def _turning(run: RunData, sides: Sequence[NDArray[np.int64]], time_s: float) -> tuple[float, float, float]:

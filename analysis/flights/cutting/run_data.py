@@ -30,8 +30,8 @@ LENS_TERMS = [f"lens_{axis}_{i}{j}" for axis in "xy" for i, j in LENS_POWERS]
 
 class Contact(NamedTuple):
     """Where the disk touched the wall, from the Host's centre (m), its normal speed before that (m/s), its angle then
-    (rad), the tangential speed of the contact point before (m/s), the direction in which it pushed the Host (rad), and
-    the spin that it gave the disk (rad/s).
+    (rad), the tangential speed of the contact point before (m/s), the speed against the Host that it left the disk
+    (m/s), the direction in which it pushed the Host (rad), and the spin that it gave the disk (rad/s).
     """
 
     x_m: float
@@ -39,11 +39,12 @@ class Contact(NamedTuple):
     approach_m_per_s: float
     angle_rad: float
     slip_m_per_s: float
+    left_m_per_s: float
     push_rad: float
     spun_rad_per_s: float = 0.0
 
 
-NO_CONTACT = Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_CONTACT = Contact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +104,12 @@ class RunData:
         return float(self.time_s[0]) if len(self.time_s) else 0.0
 
     @cached_property
+    def start_rad(self) -> float:
+        """Angle of the disk in the first frame that shows it; 0 without any."""
+        seen = np.flatnonzero(self.angle_sd_rad < NO_ANGLE_SD_RAD)
+        return float(self.angle_rad[seen[0]]) if len(seen) else 0.0
+
+    @cached_property
     def remembers(self) -> bool:
         """Whether the law that the run holds asks for contacts before a flight."""
         return asks_for_contacts(self.law)
@@ -128,6 +135,7 @@ class RunData:
             self.start_s,
             float(self.number),
             *self.middle_m,
+            self.start_rad,
         )
 
 

@@ -130,10 +130,11 @@ def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None
     known[W.SINCE] = since if since >= 0.0 else W.LONG_AGO_S
     known[W.LAST_X], known[W.LAST_Y] = p[P.CONTACT_BEFORE_X], p[P.CONTACT_BEFORE_Y]
     known[W.LAST_APPROACH], known[W.LAST_ANGLE] = p[P.APPROACH_BEFORE], p[P.ANGLE_BEFORE_RAD]
-    known[W.LAST_SLIP] = p[P.SLIP_BEFORE]
+    known[W.LAST_SLIP], known[W.LAST_LEFT], known[W.START_ANGLE] = p[P.SLIP_BEFORE], p[P.LEFT_BEFORE], rig.start_rad
     for i in range(W.MOST_BLOWS):
         known[W.BLOW_TIMES + i], known[W.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i] - rig.start_s, p[P.BLOW_SPEEDS + i]
         known[W.BLOW_WAYS + i], known[W.BLOW_SIDES + i] = p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i]
+        known[W.BLOW_SLIPS + i] = p[P.BLOW_SLIPS + i]
     known[W.BLOWS] = p[P.BLOWS]
     known[W.HOST_AX], known[W.HOST_AY] = host_acceleration_at(t, rig.host)
     known[W.APPROACH], known[W.SLIP], known[W.FX], known[W.FY], known[W.FT] = 0.0, 0.0, 0.0, 0.0, 0.0

@@ -16,10 +16,12 @@ GIVEN: dict[str, tuple[str, str]] = {
     "approach_before": ("m/s", "normal speed before that contact"),
     "angle_before_rad": ("rad", "angle of the disk at that contact"),
     "slip_before": ("m/s", "tangential speed of the contact point before that contact"),
+    "left_before": ("m/s", "speed against the Host after that contact"),
     **{f"blow_{i + 1}_s": ("s", "time of an impact before, the latest first") for i in range(words.MOST_BLOWS)},
     **{f"blow_{i + 1}": ("m/s", "normal speed before that impact") for i in range(words.MOST_BLOWS)},
     **{f"blow_{i + 1}_rad": ("rad", "direction in which it pushed the Host") for i in range(words.MOST_BLOWS)},
     **{f"blow_{i + 1}_side_rad": ("rad", "the same seen from the disk") for i in range(words.MOST_BLOWS)},
+    **{f"blow_{i + 1}_slip": ("m/s", "tangential speed before that impact") for i in range(words.MOST_BLOWS)},
     "blows": ("1", "number of impacts of the run before"),
 }
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
@@ -117,8 +119,8 @@ FRICTION_SINCE = INDEX["friction_since"]
 FRICTION, IMPACT_BEFORE_S = INDEX["friction"], INDEX["impact_before_s"]
 CONTACT_BEFORE_X, CONTACT_BEFORE_Y = INDEX["contact_before_x"], INDEX["contact_before_y"]
 APPROACH_BEFORE = INDEX["approach_before"]
-ANGLE_BEFORE_RAD, SLIP_BEFORE = INDEX["angle_before_rad"], INDEX["slip_before"]
-CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE, ANGLE_BEFORE_RAD, SLIP_BEFORE]
+ANGLE_BEFORE_RAD, SLIP_BEFORE, LEFT_BEFORE = INDEX["angle_before_rad"], INDEX["slip_before"], INDEX["left_before"]
+CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE, ANGLE_BEFORE_RAD, SLIP_BEFORE, LEFT_BEFORE]
 BLOW_TIMES, BLOW_SPEEDS, BLOW_WAYS = INDEX["blow_1_s"], INDEX["blow_1"], INDEX["blow_1_rad"]
-BLOW_SIDES = INDEX["blow_1_side_rad"]
+BLOW_SIDES, BLOW_SLIPS = INDEX["blow_1_side_rad"], INDEX["blow_1_slip"]
 BLOWS = INDEX["blows"]

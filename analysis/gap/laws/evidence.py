@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from analysis.gap.laws.regression.problem import Profile, Regression
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
+from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
-from ovines.core.laws.words import QUANTITIES, TARGETS
+from ovines.core.laws.words import QUANTITIES
 
 Array = NDArray[np.float64]
 BINS = 14

@@ -14,11 +14,18 @@ from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.search import LEVEL, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression, of_target
+from analysis.gap.laws.impact_rates import rate_candidates
+from analysis.gap.laws.impact_rows import (
+    ImpactRegression,
+    distance_regression,
+    law_regression,
+    of_target,
+    weighed_evenly,
+)
 from analysis.gap.laws.linear_law import told_law, values_of
 from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps
@@ -57,11 +64,18 @@ def find_impact_law(
 
     Where that would be so of the whole dictionary, what probes have ``left`` of the impacts says where to look: of few
     impacts a thousand formulas explain as much by chance as the right one, the dozen that follow what the probe does,
-    not.  ``leave_out``: candidates that are not asked."""
+    not.  And where that says nothing either, everything is asked once more of impacts of which none counts for many: a
+    wall that moves by itself changes the restitution of a slow blow so much that a tenth of the blows holds half of all
+    there is to explain, and chance explains those.  ``leave_out``: candidates that are not asked."""
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = law_regression(impacts, fits, restitution_terms)
-    candidates = [one for one in law_candidates(problem.known) if leave_out is None or not leave_out(one)]
+
+    def asked(rows: ImpactRegression) -> list[Candidate]:
+        every = [*law_candidates(rows.known), *of_rates(rows, impacts, fits, rng)]
+        return [one for one in every if leave_out is None or not leave_out(one)]
+
+    candidates = asked(problem)
     found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts(problem.known))
     for one in left if found is None else ():
         near = [candidate for candidate in candidates if _as_probed(candidate, one)]
@@ -69,11 +83,22 @@ def find_impact_law(
             found, p = find_law(problem.problem, problem.columns, near, rng, level, of_impacts(problem.known), 1)
         if found is not None:
             break
+    if found is None and left:
+        even = weighed_evenly(problem)
+        found, p = find_law(even.problem, even.columns, asked(even), rng, level, of_impacts(even.known))
     if found is None:
         return None
     # Scatter that the law explains is no noise: weighed again with it, the law is measured once more.
     sharp = law_regression(impacts, fits, restitution_terms, law_at(found.parts, values_of(found)))
     return told_law(sharp, found, p, frame)
+
+
+def of_rates(
+    problem: ImpactRegression, impacts: ImpactFit, fits: Sequence[FlightFits], rng: np.random.Generator
+) -> list[Candidate]:
+    """What swings at rates of its own; its signs are drawn aside, so that they bend no other chance."""
+    time_sd_s = float(np.sqrt(np.median(impacts.junctions.covariance[impacts.data.index, -1, -1])))
+    return rate_candidates(problem, fits[0].run.period_s, time_sd_s, rng.spawn(1)[0])
 
 
 def _as_probed(candidate: Candidate, left: Structure) -> bool:
@@ -97,9 +122,8 @@ def find_wall_law(
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
     problem = distance_regression(impacts, fits)
-    found, p = find_law(
-        problem.problem, problem.columns, wall_candidates(problem.known), rng, level, of_impacts(problem.known)
-    )
+    candidates = [*wall_candidates(problem.known), *of_rates(problem, impacts, fits, rng)]
+    found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts(problem.known))
     return None if found is None else told_wall_law(problem, found, p, impacts, fits, frame, least_m)
 
 

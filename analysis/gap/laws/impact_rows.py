@@ -7,7 +7,7 @@ impulse of impacts that slide, tangential restitution of those that stick."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ from ovines.robust import MEDIAN_TO_SD, residual_sd
 Array = NDArray[np.float64]
 # Gross errors count as so many sds; and so many rows of one kind say by themselves what is usual among them.
 GROSS_SD, FEWEST_OF_A_KIND = 5.0, 8
+# Where none is to count for many, rows count as no more than so many usual ones.
+EVEN_SD = 1.5
 # Model error of an impulse beside its own (share of it): rounding of sharp series, not physics.
 LEAST_SHARE = 0.01
 # What says where along the wall a contact is.
@@ -62,6 +64,20 @@ class ImpactRegression:
         """Columns (M, B) of a term times the weights (K, B) that ``cut`` gives what is known."""
         weight = cut(self.known)
         return self.columns([term]) * np.tile(weight, (len(self.problem.residual) // len(weight), 1))
+
+
+def weighed_evenly(rows: ImpactRegression) -> ImpactRegression:
+    """The same with rows that leave much weighed down, so that none counts for more than :data:`EVEN_SD` usual ones of
+    all that leave something."""
+    problem = rows.problem
+    left = problem.residual - problem.nuisances @ problem.fitted(problem.nuisances, problem.prior)
+    size = np.abs(left)
+    usual = MEDIAN_TO_SD * float(np.median(size[size > 0])) if np.any(size > 0) else 0.0
+    if not usual > 0:
+        return rows
+    weight = np.minimum(1.0, EVEN_SD * usual / np.maximum(size, 1e-300))
+    even = replace(problem, residual=weight * problem.residual, nuisances=weight[:, None] * problem.nuisances)
+    return replace(rows, problem=even, answers={name: weight * answer for name, answer in rows.answers.items()})
 
 
 def of_wall_shape(term: Term) -> bool:

@@ -24,7 +24,8 @@ from analysis.report.numbers import interval, percent, with_unit
 from analysis.report.page import Page, Section
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.formula import legend as symbols
-from ovines.core.laws.words import QUANTITIES, TARGETS
+from ovines.core.laws.targets import TARGETS
+from ovines.core.laws.words import QUANTITIES
 
 Array = NDArray[np.float64]
 # Of the flight that is drawn: as many frames at the least.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from ovines.core.compiled import Floats, Ints, compiled, making_arrays
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
-from ovines.core.laws.words import TARGETS
+from ovines.core.laws.targets import TARGETS
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import contact_bias, free_accelerations, push
 from ovines.core.system.impact import effective_restitution, impulses

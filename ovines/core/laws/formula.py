@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, DIRECTED, LINES, NES_CARD, NES_PLACE, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, DIRECTED, LINES, NES_CARD, NES_PLACE, QUANTITIES, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -132,7 +133,7 @@ def _text_quantity(one: Factor, term: Term) -> str:
     elif own == "fading":
         name = f"{name}(within {one.y:.4g} s)"
     elif own == "swinging":
-        name = f"{name}(at {one.x:.4g} rad/s, within {one.y:.4g} s)"
+        name = f"{name}(" + (f"at {one.x:.4g} rad/s, " if one.x else "") + f"within {one.y:.4g} s)"
     elif own == "spreading":
         name = f"{name}(within {_spread(one)})"
     elif own == "turning":
@@ -299,7 +300,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
             elif quantity.own == "fading":
                 own = f", within {one.y:.3g} s"
             elif quantity.own == "swinging":
-                own = f", at {one.x:.3g} rad/s and within {one.y:.3g} s"
+                own = (f", at {one.x:.3g} rad/s and" if one.x else ",") + f" within {one.y:.3g} s"
             elif quantity.own == "spreading":
                 own = f", within {_spread(one)}"
             elif quantity.own == "turning":

@@ -13,6 +13,7 @@ from ovines.core.laws import words as W
 from ovines.core.laws.quantities import (
     Q_FROM_CONTACT,
     Q_LAST_APPROACH,
+    Q_LAST_LEFT,
     Q_LAST_SLIP,
     Q_LAST_SPUN,
     Q_RIM_TURN,
@@ -83,7 +84,7 @@ def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
     last = Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or Q_RIM_TURN <= code <= Q_LAST_SLIP or code == Q_SINCE_BY_BLOW
-    last = last or code >= Q_LAST_SPUN
+    last = last or Q_LAST_SPUN <= code <= Q_LAST_LEFT
     if last and not remembers(known):
         return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)

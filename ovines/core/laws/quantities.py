@@ -16,10 +16,13 @@ from ovines.core.laws import words as W
     Q_FLOOR_ALONG, Q_SINCE_BY_BLOW, Q_HEADING, Q_SLIDING_HEADING, Q_TURNING, Q_RIM_TURN, Q_LAST_SLIP, Q_BLOWS,
     Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER, Q_AIRSPEED,
     Q_HOST_PLACE, Q_ALONG_ROOM, Q_ACCELERATION_AROUND, Q_BREATHING, Q_BREATHING_RATE, Q_BLOWS_HERE, Q_RIM_BLOWS_HERE,
-    Q_LAST_SPUN, Q_STRUCK_RIM,
-) = range(59)  # fmt: skip
+    Q_LAST_SPUN, Q_STRUCK_RIM, Q_TURNED_SINCE, Q_LAST_LEFT, Q_OVALLING_RATE, Q_TWIST, Q_TWIST_RATE, Q_RECENT_RUBBING,
+    Q_TURNED, Q_NES_PLACE,
+) = range(67)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
+# What has faded for so many of its times is forgotten: a ten millionth is left.
+FORGOTTEN = 16.0
 
 
 @compiled
@@ -96,6 +99,8 @@ def along(code: int, x: float, known: Floats) -> float:
         return c * known[W.HOST_AX] + s * known[W.HOST_AY]
     if code == Q_HOST_PLACE:
         return c * (known[W.X] - known[W.HX]) + s * (known[W.Y] - known[W.HY])
+    if code == Q_NES_PLACE:
+        return c * known[W.X] + s * known[W.Y]
     return c * (known[W.VX] - known[W.UX]) + s * (known[W.VY] - known[W.UY])
 
 
@@ -109,29 +114,38 @@ def azimuth(code: int, rate: float, known: Floats) -> float:
 
 
 @compiled
-def recent_blows(fades_s: float, known: Floats) -> float:
-    """Squared normal speeds of the last impacts, each as it has faded within ``fades_s`` (m^2/s^2)."""
+def recent_blows(code: int, fades_s: float, known: Floats) -> float:
+    """Squared normal speeds of the last impacts, or normal times tangential speeds, each as it has faded within
+    ``fades_s`` (m^2/s^2)."""
     total = 0.0
-    for i in range(W.FADING_BLOWS):
+    for i in range(W.MOST_BLOWS):
         speed = known[W.BLOW_SPEEDS + i]
+        ago = (known[W.TIME] - known[W.BLOW_TIMES + i]) / fades_s
+        if ago > FORGOTTEN:
+            break
         if speed > 0.0:
-            total += speed * speed * math.exp(-(known[W.TIME] - known[W.BLOW_TIMES + i]) / fades_s)
+            other = speed if code == Q_BLOWS else abs(known[W.BLOW_SLIPS + i])
+            total += speed * other * math.exp(-ago)
     return total
 
 
 @compiled
 def swing(code: int, rate: float, fades_s: float, known: Floats) -> float:
     """What the last impacts set swinging at ``rate`` (rad/s), as it fades within ``fades_s``: by their normal speeds
-    (m/s), and as far as it goes out to where the disk is."""
+    (m/s), and as far as it goes out to where the disk is; of what is twisted by their tangential speeds."""
     out, total = math.atan2(known[W.HY], known[W.HX]), 0.0
-    lobes = 2.0 if code == Q_OVALLING else (1.0 if code < Q_OVALLING else 0.0)
-    for i in range(W.FADING_BLOWS):
-        speed = known[W.BLOW_SPEEDS + i]
-        if speed > 0.0:
-            since = known[W.TIME] - known[W.BLOW_TIMES + i]
-            turned = rate * since
-            wave = math.cos(turned) if code == Q_SWING_RATE or code == Q_BREATHING_RATE else math.sin(turned)
-            total += speed * math.exp(-since / fades_s) * wave * math.cos(lobes * (out - known[W.BLOW_WAYS + i]))
+    lobes = 2.0 if code == Q_OVALLING or code == Q_OVALLING_RATE else (1.0 if code < Q_OVALLING else 0.0)
+    goes = code == Q_SWING_RATE or code == Q_BREATHING_RATE or code == Q_OVALLING_RATE or code == Q_TWIST_RATE
+    sizes = W.BLOW_SLIPS if code == Q_TWIST or code == Q_TWIST_RATE else W.BLOW_SPEEDS
+    for i in range(W.MOST_BLOWS):
+        since = known[W.TIME] - known[W.BLOW_TIMES + i]
+        if since > FORGOTTEN * fades_s:
+            break
+        if known[W.BLOW_SPEEDS + i] > 0.0:
+            wave = math.cos(rate * since) if goes else math.sin(rate * since)
+            if lobes > 0.0:
+                wave *= math.cos(lobes * (out - known[W.BLOW_WAYS + i]))
+            total += known[sizes + i] * math.exp(-since / fades_s) * wave
     return total
 
 
@@ -157,13 +171,23 @@ def blows_here(code: int, fades_s: float, width: float, known: Floats) -> float:
 @compiled
 def of_blows(code: int, x: float, y: float, known: Floats) -> float:
     """Value of a quantity that goes with the blows before."""
-    if code == Q_BLOWS:
-        return recent_blows(y, known) - x
+    if code == Q_BLOWS or code == Q_RECENT_RUBBING:
+        return recent_blows(code, y, known) - x
     if code == Q_BLOWS_HERE or code == Q_RIM_BLOWS_HERE:
         return blows_here(code, x, y, known)
     if code == Q_NUMBER_OF_BLOWS:
         return known[W.BLOWS] - x
     return swing(code, x, y, known)
+
+
+@compiled
+def of_turns_or_blows(code: int, x: float, y: float, known: Floats) -> float:
+    """Value of a quantity that counts the disk's turns, or goes with the blows before."""
+    if code == Q_TURNED:
+        return known[W.ANGLE] - known[W.START_ANGLE] - x
+    if code == Q_TURNED_SINCE:
+        return known[W.ANGLE] - known[W.LAST_ANGLE] - x
+    return known[W.LAST_LEFT] - x if code == Q_LAST_LEFT else of_blows(code, x, y, known)
 
 
 @compiled
@@ -202,13 +226,13 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return math.cos(y) * known[first] + math.sin(y) * known[second] - x
     if (
         code == Q_VELOCITY or code == Q_SLIDING_ALONG or code == Q_FLOOR_ALONG
-        or code == Q_ACCELERATION_ALONG or code == Q_HOST_PLACE
+        or code == Q_ACCELERATION_ALONG or code == Q_HOST_PLACE or code == Q_NES_PLACE
     ):  # fmt: skip
         return along(code, x, known)
     if code == Q_SHARE or code == Q_ANGLE or code == Q_CLOCK:
         return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
-    if Q_BLOWS <= code <= Q_OVALLING or Q_BREATHING <= code <= Q_RIM_BLOWS_HERE:
-        return of_blows(code, x, y, known)
+    if Q_BLOWS <= code <= Q_OVALLING or Q_BREATHING <= code <= Q_RIM_BLOWS_HERE or Q_TURNED_SINCE <= code <= Q_TURNED:
+        return of_turns_or_blows(code, x, y, known)
     if code == Q_PLACE_ALONG_SLIDING:
         return (known[W.HX] - x) * known[W.UX] + (known[W.HY] - y) * known[W.UY]
     if code >= Q_RADIAL and code != Q_AT_CYLINDER:

@@ -10,7 +10,8 @@ import numpy as np
 
 from ovines.core.compiled import Floats
 from ovines.core.laws import words as W
-from ovines.core.laws.words import FUNCTIONS, QUANTITIES, TARGETS
+from ovines.core.laws.targets import TARGETS
+from ovines.core.laws.words import FUNCTIONS, QUANTITIES
 from ovines.core.refusal import require
 
 #: terms of a law at the most: each is a parameter of the flights' model
@@ -39,9 +40,10 @@ class Factor:
 
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     wind of an airspeed (m/s), the angle, instant or value that q counts from in ``x``, for ``along_host`` the line's
-    direction in ``y`` (rad), for ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` the time in which
-    one fades in ``y`` (s), for ``swing``, ``swing_rate``, ``ovalling``, ``breathing`` and ``breathing_rate`` the
-    rate in ``x`` (rad/s) and the time in which it fades in ``y`` (s), for ``blows_here`` and ``rim_blows_here`` that
+    direction in ``y`` (rad), for ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` and
+    ``recent_rubbing`` the time in which one fades in ``y`` (s), for ``swing``, ``ovalling``, ``breathing``, ``twist``
+    and what is called after them with ``_rate`` the rate in ``x`` (rad/s; 0: it does not swing back) and the time in
+    which it fades in ``y`` (s), for ``blows_here`` and ``rim_blows_here`` that
     time in ``x`` (s; 0: never) and the width in ``y`` (rad)."""
 
     quantity: str
@@ -65,7 +67,7 @@ class Factor:
             fine = fine and ((whole and self.scale == 1.0) if around else self.order == 1.0)
         own = QUANTITIES[self.quantity].own
         fine = fine and (own not in ("fading", "swinging", "spreading") or self.y > 0)
-        fine = fine and (own != "swinging" or self.x > 0) and (own != "spreading" or self.x >= 0)
+        fine = fine and (own not in ("swinging", "spreading") or self.x >= 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
     @property
@@ -182,6 +184,8 @@ def _beside_frames(target: str) -> tuple[str, ...]:
         return W.OF_NES_CARD
     if target == "camera_delay":
         return W.OF_CAMERA_DELAY
+    if target in W.PICTURE:
+        return W.OF_PICTURE
     return W.OF_NES_PICTURE if target in W.NES_PICTURE else ()
 
 

@@ -1,4 +1,5 @@
-"""What a written law is made of: what it acts on, the quantities that it may follow, and functions of them.
+"""What a written law is made of: the quantities that it may follow, and functions of them; what it acts on stands in
+:mod:`ovines.core.laws.targets`.
 
 Every quantity is an invariant of the rig - a speed, a distance, an angle between things - so that a formula keeps its
 form when the world is turned; what has a direction in the room carries an angle of its own.  Names here are those of
@@ -29,149 +30,28 @@ ROW_SIZE = FIRST + FACTOR_SIZE * MOST_FACTORS
 #: BLOW_TIMES on the times from the run's start (s) of the last impacts, the latest first, from BLOW_SPEEDS on their
 #: normal speeds (m/s; 0 where there was none), from BLOW_WAYS on the directions (rad) in which they pushed the Host,
 #: from BLOW_SIDES on the same seen from the disk, how many impacts the run has had, whether an impact is at a
-#: cylinder in the middle (1) or at the wall (0), and the spin (rad/s) that the contact before gave the disk (of a
-#: measurement only)
+#: cylinder in the middle (1) or at the wall (0), the spin (rad/s) that the contact before gave the disk (of a
+#: measurement only), from BLOW_SLIPS on the tangential speeds (m/s) of the last impacts, the disk's angle (rad) as the
+#: run began, and its speed against the Host (m/s) after the contact before
 (
     VX, VY, UX, UY, X, Y, HX, HY, CONTACT_RADIUS, ANGLE, SPIN, TIME, PHASE, SINCE, RUN, APPROACH, SLIP, FX, FY, FT,
     CLOCK, SHARE, WALL_SPEED, PASSING, LAST_X, LAST_Y, LAST_APPROACH, HOST_AX, HOST_AY,
     SPIN_LEFT, LAST_ANGLE, LAST_SLIP, BLOW_TIMES,
 ) = range(33)  # fmt: skip
-#: so many impacts are remembered, for what they leave where they struck; what fades or swings forgets all but so many
-MOST_BLOWS, FADING_BLOWS = 20, 6
+#: so many impacts are remembered
+MOST_BLOWS = 20
 BLOW_SPEEDS = BLOW_TIMES + MOST_BLOWS
 BLOW_WAYS = BLOW_SPEEDS + MOST_BLOWS
 BLOW_SIDES = BLOW_WAYS + MOST_BLOWS
 BLOWS = BLOW_SIDES + MOST_BLOWS
 AT_CYLINDER = BLOWS + 1
 LAST_SPUN = AT_CYLINDER + 1
-KNOWN_SIZE = LAST_SPUN + 1
+BLOW_SLIPS = LAST_SPUN + 1
+START_ANGLE = BLOW_SLIPS + MOST_BLOWS
+LAST_LEFT = START_ANGLE + 1
+KNOWN_SIZE = LAST_LEFT + 1
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
-
-
-@dataclass(frozen=True)
-class Target:
-    """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
-    its own means (none, "angle", "axis" of a mirror, "body": angle seen from the disk, "room" or "host" place,
-    "wind": a velocity in the room, number of a "camera", with the axis of a mirror ("camera_axis") or a direction
-    ("camera_angle") in its picture, number of a "marker" and its direction in the room, or seen from the disk:
-    "body_marker"), and the stage."""
-
-    code: int
-    unit: str
-    symbol: str
-    own: str
-    stage: str
-    meaning: str
-
-
-TARGETS: dict[str, Target] = {
-    name: Target(code, unit, symbol, own, stage, meaning)
-    for code, (name, unit, symbol, own, stage, meaning) in enumerate(
-        (
-            ("fixed_direction", "m/s^2", r"\vec e_{\varphi}", "angle", "flight", "a fixed direction in the room"),
-            ("outwards", "m/s^2", r"\hat r", "", "flight", "away from the Host's centre"),
-            ("swirl", "m/s^2", r"\hat z\times\hat r", "", "flight", "about the Host's centre"),
-            ("along_velocity", "m/s^2", r"\hat v", "", "flight", "along the velocity in the room"),
-            ("across_velocity", "m/s^2", r"\hat z\times\hat v", "", "flight", "to the left of the velocity"),
-            ("mirrored_velocity", "m/s^2", r"M_{\varphi}\hat v", "axis", "flight", "the velocity, mirrored"),
-            ("along_sliding", "m/s^2", r"\hat u", "", "flight", "along the velocity against the floor"),
-            ("across_sliding", "m/s^2", r"\hat z\times\hat u", "", "flight", "to the left of that"),
-            ("mirrored_radius", "m/s^2", r"M_{\varphi}\hat r", "axis", "flight", "the radius' direction, mirrored"),
-            ("from_place_in_room", "m/s^2", r"\hat d", "room", "flight", "away from a place of the room"),
-            ("from_place_in_host", "m/s^2", r"\hat d_H", "host", "flight", "away from a place of the Host"),
-            ("floor_friction", "1", r"\vec a_\mu", "", "flight", "the floor's friction, as a share of it"),
-            (
-                "mirrored_floor_friction", "1", r"M_{\varphi}\vec a_\mu", "axis", "flight",
-                "the floor's friction, mirrored, as a share of it",
-            ),
-            ("along_body", "m/s^2", r"\vec e_{\psi}", "body", "flight", "a direction that turns with the disk"),
-            ("spin", "rad/s^2", r"\hat z", "", "flight", "the disk's spin"),
-            (
-                "from_last_contact", "m/s^2", r"\hat d_c", "", "flight",
-                "away from the place of the contact before",
-            ),
-            ("along_host_velocity", "m/s^2", r"\hat w", "", "flight", "along the velocity of the floor under the disk"),
-            ("along_host_acceleration", "m/s^2", r"\hat a_H", "", "flight", "along the acceleration of the Host"),
-            (
-                "polar_floor_friction", "1", r"M_{\hat r}\vec a_\mu", "", "flight",
-                "the floor's friction, mirrored at the radius' direction, as a share of it",
-            ),
-            (
-                "floor_lever", "1/m", r"\hat z\dot\omega_\ell", "body", "flight",
-                "the spin by the floor's friction, acting on the disk along a direction of it from the mass centre",
-            ),
-            ("floor_torque", "1", r"\hat z\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
-            (
-                "along_airspeed", "m/s^2", r"\hat v_a", "wind", "flight",
-                "along the velocity in the room against air that moves there by a wind of its own",
-            ),
-            ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
-            ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
-            ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
-            ("spin_kept", "1", r"\omega'/\omega", "", "impact", "the share of the spin that an impact leaves"),
-            ("spin_added", "rad/s", r"\omega'", "", "impact", "the spin after an impact"),
-            ("contact_radius", "m", r"R_c", "", "geometry", "the radius at which the disk's centre meets the wall"),
-            ("picture_u", "px", r"u", "camera", "measurement", "the place of a camera's picture along u"),
-            ("picture_v", "px", r"v", "camera", "measurement", "the place of a camera's picture along v"),
-            (
-                "picture_zoom", "1", r"z", "camera", "measurement",
-                "the size of a camera's picture about its principal point, as a share",
-            ),
-            (
-                "picture_turn", "rad", r"\rho", "camera", "measurement",
-                "the turn of a camera's picture about its principal point, from u to v",
-            ),
-            (
-                "picture_stretch", "1", r"\vec e_{\varphi}", "camera_axis", "measurement",
-                "the share by which a camera's picture is longer along a direction of it and shorter across",
-            ),
-            (
-                "picture_radial", "1/px^2", r"k", "camera", "measurement",
-                "the share by which a camera's picture is larger, by the square of the distance from its principal "
-                "point",
-            ),
-            (
-                "picture_decentring", "1/px", r"\vec e_{\varphi}", "camera_angle", "measurement",
-                "the decentring of a camera's lens along a direction of its picture (Brown)",
-            ),
-            (
-                "camera_delay", "s", r"\tau_c", "camera", "measurement",
-                "how much later than the other a camera sees what it says it sees",
-            ),
-            ("clock_delay", "s", r"\tau", "", "measurement", "how much later than they say all cameras see"),
-            (
-                "host_marker", "m", r"\vec e_{\varphi}", "marker", "measurement",
-                "the place of a marker on the Host, along a direction in the room",
-            ),
-            (
-                "nes_marker", "m", r"\vec e_{\psi}", "body_marker", "measurement",
-                "the place of a marker on the NES, along a direction that turns with it",
-            ),
-            (
-                "nes_picture_u", "px", r"u", "camera", "measurement",
-                "the place of the NES in a camera's picture along u",
-            ),
-            (
-                "nes_picture_v", "px", r"v", "camera", "measurement",
-                "the place of the NES in a camera's picture along v",
-            ),
-            (
-                "nes_place", "m", r"\vec e_{\varphi}", "angle", "measurement",
-                "the place where the NES is seen, along a direction in the room",
-            ),
-            (
-                "nes_place_outwards", "m", r"\hat r", "", "measurement",
-                "the place where the NES is seen, away from the Host's centre",
-            ),
-            (
-                "nes_card", "m", r"\vec e_{\psi}", "body", "measurement",
-                "the place of all markers of the NES on it, along a direction that turns with it",
-            ),
-            ("nes_card_turn", "rad", r"\psi_m", "", "measurement", "the turn of all markers of the NES on it"),
-        )
-    )
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -313,7 +193,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "B",
                 False,
                 "fading",
-                f"squared normal speeds of the last {FADING_BLOWS} impacts, added up as they fade with the time since",
+                f"squared normal speeds of the last {MOST_BLOWS} impacts, added up as they fade with the time since",
             ),
             ("blows", "1", "N", False, "", "number of impacts that the run has had"),
             (
@@ -322,7 +202,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "S",
                 False,
                 "swinging",
-                f"what the last {FADING_BLOWS} impacts set swinging, by their normal speeds: how far it has gone, from "
+                f"what the last {MOST_BLOWS} impacts set swinging, by their normal speeds: how far it has gone, from "
                 "rest, out to where the disk is",
             ),
             (
@@ -331,7 +211,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "S'",
                 False,
                 "swinging",
-                f"what the last {FADING_BLOWS} impacts set swinging, by their normal speeds: how fast it goes out to "
+                f"what the last {MOST_BLOWS} impacts set swinging, by their normal speeds: how fast it goes out to "
                 "where the disk is",
             ),
             (
@@ -340,7 +220,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "O",
                 False,
                 "swinging",
-                f"what the last {FADING_BLOWS} impacts make oval, by their normal speeds, as it swings back and fades: "
+                f"what the last {MOST_BLOWS} impacts make oval, by their normal speeds, as it swings back and fades: "
                 "how far it has gone out to where the disk is",
             ),
             (
@@ -376,7 +256,7 @@ QUANTITIES: dict[str, Quantity] = {
                 "P",
                 False,
                 "swinging",
-                f"what the last {FADING_BLOWS} impacts make wider all around, by their normal speeds, as it swings "
+                f"what the last {MOST_BLOWS} impacts make wider all around, by their normal speeds, as it swings "
                 "back and fades: how far it has gone",
             ),
             ("breathing_rate", "m/s", "P'", False, "swinging", "the same: how fast it goes"),
@@ -413,6 +293,60 @@ QUANTITIES: dict[str, Quantity] = {
                 "angle",
                 "direction of the contact before seen from the disk, as it was then; of measurements only",
             ),
+            (
+                "turned_since",
+                "rad",
+                r"\psi-\psi_c",
+                False,
+                "",
+                "angle by which the disk has turned since the contact before, every turn counted",
+            ),
+            ("last_left", "m/s", "u_c", False, "", "speed against the Host after the contact before"),
+            (
+                "ovalling_rate",
+                "m/s",
+                "O'",
+                False,
+                "swinging",
+                f"what the last {MOST_BLOWS} impacts make oval, by their normal speeds: how fast it goes out to where "
+                "the disk is",
+            ),
+            (
+                "twist",
+                "m/s",
+                r"\Theta",
+                False,
+                "swinging",
+                f"what the last {MOST_BLOWS} impacts set swinging about the Host's centre, by their tangential speeds: "
+                "how far it has gone, from rest",
+            ),
+            ("twist_rate", "m/s", r"\Theta'", False, "swinging", "the same: how fast it goes"),
+            (
+                "recent_rubbing",
+                "m^2/s^2",
+                "W",
+                False,
+                "fading",
+                f"normal times tangential speed, in either sense, of the last {MOST_BLOWS} impacts, added up as they "
+                "fade with the time since",
+            ),
+            (
+                "turned",
+                "rad",
+                r"\Psi",
+                False,
+                "",
+                "angle by which the disk has turned since the run began, every turn counted",
+            ),
+            (
+                "nes_place_along",
+                "m",
+                r"s_{\varphi}",
+                False,
+                "angle",
+                "place of the NES in the room, from the middle of the Host's path in the run, along a direction; of "
+                "measurements only",
+            ),
         )
     )
 }
@@ -441,7 +375,10 @@ FUNCTIONS: dict[str, tuple[int, bool]] = {
 #: functions of a width, in their order's place, about every multiple of a period
 TRAINS = ("pulses", "gates")
 #: velocities, accelerations and places along a direction of their own
-ALONG = ("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along", "host_place_along")
+ALONG = (
+    *("velocity_along", "sliding_along", "host_acceleration_along", "host_velocity_along", "host_place_along"),
+    "nes_place_along",
+)
 #: angles between things, which no turn of the world changes
 BETWEEN_THINGS = (
     *("phase", "clock", "body_angle", "contact_turn", "heading", "sliding_heading", "rim_turn"),
@@ -450,12 +387,13 @@ BETWEEN_THINGS = (
 #: what knows the contact before: nil without one
 OF_LAST_CONTACT = (
     *("from_contact", "contact_turn", "last_approach", "since_by_blow", "rim_turn", "last_slip"),
-    *("last_spun", "struck_rim"),
+    *("last_spun", "struck_rim", "turned_since", "last_left"),
 )
 #: what adds up the impacts before: without one, nothing
 OF_BLOWS = (
     *("recent_blows", "blows", "swing", "swing_rate", "ovalling"),
     *("breathing", "breathing_rate", "blows_here", "rim_blows_here"),
+    *("ovalling_rate", "twist", "twist_rate", "recent_rubbing"),
 )
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
 OF_FRAMES = (
@@ -465,6 +403,9 @@ OF_FRAMES = (
 )
 #: what one of a marker may follow beside: what its body is known to do
 OF_MARKERS = ("spin", "angle", "speed", "heading", "struck_rim")
+#: what a camera's whole picture may follow beside, and its targets: where the disk goes, which a camera that steadies
+#: its picture takes for its own shake
+OF_PICTURE, PICTURE = ("nes_place_along", "velocity_along"), ("picture_u", "picture_v", "picture_zoom", "picture_turn")
 #: what one of the NES in a picture may follow beside, and its targets
 OF_NES_PICTURE, NES_PICTURE = ("angle", "spin", "speed", "velocity_along"), ("nes_picture_u", "nes_picture_v")
 #: what one of the place where the NES is seen may follow beside, and its targets
@@ -478,7 +419,7 @@ OF_CAMERA_DELAY = (
     "host_speed",
 )
 #: what nothing but a law of the measurement may follow: it is not known while a run goes on
-OF_MEASUREMENTS_ONLY = ("share", "host_place_along", "last_spun", "struck_rim")
+OF_MEASUREMENTS_ONLY = ("share", "host_place_along", "last_spun", "struck_rim", "nes_place_along")
 #: own offset and direction of what is a place along a line, in the Host or the room
 LINES = ("line", "room_line")
 #: what a target's own number and direction are: of a marker, of a camera, of these what has a direction

@@ -34,34 +34,38 @@ def known_of(t: float, y: Floats, at: Floats, scratch: Floats, p: Floats, k: Int
     for i in range(W.MOST_BLOWS):
         known[W.BLOW_TIMES + i], known[W.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i], p[P.BLOW_SPEEDS + i]
         known[W.BLOW_WAYS + i], known[W.BLOW_SIDES + i] = p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i]
-    known[W.BLOWS] = p[P.BLOWS]
+        known[W.BLOW_SLIPS + i] = p[P.BLOW_SLIPS + i]
+    known[W.BLOWS], known[W.START_ANGLE], known[W.LAST_LEFT] = p[P.BLOWS], p[P.START_ANGLE], p[P.LAST_LEFT]
     if k[P.HOST_KIND] == P.DRIVEN:
         known[W.HOST_AX], known[W.HOST_AY] = scratch[6], scratch[7]
     return known
 
 
 @compiled
-def forget_contacts(p: Floats) -> None:
-    """A run begins: no impact was before."""
+def forget_contacts(angle: float, p: Floats) -> None:
+    """A run begins at an ``angle`` of the disk: no impact was before."""
     p[P.LAST_IMPACT], p[P.LAST_X], p[P.LAST_Y], p[P.BLOWS] = -math.inf, 0.0, 0.0, 0.0
+    p[P.START_ANGLE] = angle
     for i in range(W.MOST_BLOWS):
         p[P.BLOW_SPEEDS + i] = 0.0
 
 
 @compiled
-def remember_contact(t: float, at: Floats, angle: float, speeds: tuple[float, float], inwards: bool, p: Floats) -> None:
-    """Keep an impact in place ``at`` and at the disk's ``angle``, met at normal and tangential ``speeds`` (m/s), for
-    what asks about contacts before; ``inwards``: it pushed the Host towards its centre, as one at a cylinder does.
+def remember_contact(t: float, at: Floats, y: Floats, speeds: tuple[float, float], inwards: bool, p: Floats) -> None:
+    """Keep an impact in place ``at``, met at normal and tangential ``speeds`` (m/s), that left the disk in state ``y``,
+    for what asks about contacts before; ``inwards``: it pushed the Host towards its centre, as one at a cylinder does.
 
     Numbers that a run writes into its parameters; all others stay."""
     p[P.LAST_IMPACT], p[P.LAST_APPROACH], p[P.LAST_SLIP] = t, speeds[0], speeds[1]
-    p[P.LAST_X], p[P.LAST_Y], p[P.LAST_ANGLE] = at[0] - at[4], at[1] - at[5], angle
+    p[P.LAST_X], p[P.LAST_Y], p[P.LAST_ANGLE] = at[0] - at[4], at[1] - at[5], y[4]
+    p[P.LAST_LEFT] = math.hypot(y[2] - at[7], y[3] - at[8])
     for i in range(W.MOST_BLOWS - 1, 0, -1):
         p[P.BLOW_TIMES + i], p[P.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i - 1], p[P.BLOW_SPEEDS + i - 1]
         p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i] = p[P.BLOW_WAYS + i - 1], p[P.BLOW_SIDES + i - 1]
-    p[P.BLOW_TIMES], p[P.BLOW_SPEEDS] = t, speeds[0]
+        p[P.BLOW_SLIPS + i] = p[P.BLOW_SLIPS + i - 1]
+    p[P.BLOW_TIMES], p[P.BLOW_SPEEDS], p[P.BLOW_SLIPS] = t, speeds[0], speeds[1]
     p[P.BLOW_WAYS] = math.atan2(p[P.LAST_Y], p[P.LAST_X]) + (math.pi if inwards else 0.0)
-    p[P.BLOW_SIDES] = p[P.BLOW_WAYS] - angle
+    p[P.BLOW_SIDES] = p[P.BLOW_WAYS] - y[4]
     p[P.BLOWS] += 1.0
 
 

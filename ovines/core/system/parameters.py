@@ -16,14 +16,15 @@ from ovines.core.laws.words import MOST_BLOWS
     DURATION, TOLERANCE, HOST_ACCELERATION, HOST_SPIN, HOST_SPIN_RATE, LENGTH, SPEED, MAX_STEP,
     RESTITUTION_PER_S, RESTITUTION_OF_RUN, LOBES, WALL_SHAPE, ROCKING, ROCKING_S,
     LAST_IMPACT, LAST_X, LAST_Y, LAST_APPROACH, BEGINS_WITH, DRIVE_RATE, DRIVE_PHASE, RUN_NUMBER,
-    LAST_ANGLE, LAST_SLIP, BLOWS, BLOW_TIMES,
-) = range(62)  # fmt: skip
-#: from BLOW_TIMES on times, normal speeds and directions, in the room and seen from the disk, of the last impacts, as
-#: written laws know them; then the lobes
+    LAST_ANGLE, LAST_SLIP, BLOWS, START_ANGLE, LAST_LEFT, BLOW_TIMES,
+) = range(64)  # fmt: skip
+#: from BLOW_TIMES on times, normal speeds, directions, in the room and seen from the disk, and tangential speeds of the
+#: last impacts, as written laws know them; then the lobes
 BLOW_SPEEDS = BLOW_TIMES + MOST_BLOWS
 BLOW_WAYS = BLOW_SPEEDS + MOST_BLOWS
 BLOW_SIDES = BLOW_WAYS + MOST_BLOWS
-LOBE_TABLE = BLOW_SIDES + MOST_BLOWS
+BLOW_SLIPS = BLOW_SIDES + MOST_BLOWS
+LOBE_TABLE = BLOW_SLIPS + MOST_BLOWS
 #: from LOBE_TABLE on: amplitude (over the contact radius), order and direction (rad) of each of LOBES lobes
 MOST_LOBES = 40
 N_FLOATS = LOBE_TABLE + 3 * MOST_LOBES

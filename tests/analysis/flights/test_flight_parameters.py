@@ -62,8 +62,8 @@ def test_every_parameter_has_its_own_name_and_changes_the_acceleration():
     constants = {name: value for name, value in vars(P).items() if name.isupper() and isinstance(value, int)}
     # A law's terms, and the blows before, stand side by side: compiled code counts them from the first.
     blows = [name for name in P.INDEX if name.startswith("blow_")]
-    each = len(blows) // 4
-    lists = ("BLOW_TIMES", "BLOW_SPEEDS", "BLOW_WAYS", "BLOW_SIDES")
+    lists = ("BLOW_TIMES", "BLOW_SPEEDS", "BLOW_WAYS", "BLOW_SIDES", "BLOW_SLIPS")
+    each = len(blows) // len(lists)
     counted = {name: blows[i * each : (i + 1) * each] for i, name in enumerate(lists)} | {"LAW": list(P.LAW_TERMS)}
     for first, names in counted.items():
         assert [P.INDEX[name] - constants[first] for name in names] == list(range(len(names)))

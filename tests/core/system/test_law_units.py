@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push, size
+from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import TARGETS
 
 LENGTH_M, TIME_S = 2.7, 1.9
 PLACES = (W.X, W.Y, W.HX, W.HY, W.CONTACT_RADIUS, W.LAST_X, W.LAST_Y)
@@ -19,6 +19,8 @@ BLOWS = range(W.MOST_BLOWS)
 SPEEDS = (
     *(W.VX, W.VY, W.UX, W.UY, W.APPROACH, W.SLIP, W.WALL_SPEED, W.PASSING, W.LAST_APPROACH, W.LAST_SLIP),
     *(W.BLOW_SPEEDS + i for i in BLOWS),
+    *(W.BLOW_SLIPS + i for i in BLOWS),
+    W.LAST_LEFT,
 )
 TIMES = (W.TIME, W.SINCE, *(W.BLOW_TIMES + i for i in BLOWS))
 

@@ -10,10 +10,10 @@ import pytest
 from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.modulated import fixed, with_scale
 from analysis.gap.laws.dictionary.parts import RigScales, plain
 from analysis.gap.laws.dictionary.products import of_flights, of_impacts, products
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.regression.problem import Regression

@@ -22,9 +22,9 @@ from analysis.gap.laws.choice.numbers_inside import Numbers
 from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, _by_runs, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, named_numbers, ways, with_coefficients, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.parts import RigScales, plain, scaled
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import sized_law
 from analysis.gap.laws.impact_law import needless_beside
@@ -36,8 +36,9 @@ from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.kernel import sizes
+from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
-from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES, TARGETS
+from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES
 from ovines.law_file import law_text, read_law
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series

@@ -19,11 +19,11 @@ from analysis.gap.laws.choice.numbers_inside import searched
 from analysis.gap.laws.choice.search import SHORTLIST
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at, named_numbers, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
-from analysis.gap.laws.dictionary.impacts import law_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.modulated import fixed
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.uneven import evenly, uneven
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.impact_rows import distance_regression, law_regression
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains

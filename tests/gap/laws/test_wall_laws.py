@@ -12,7 +12,7 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, find_law
-from analysis.gap.laws.dictionary.walls import wall_candidates
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.impact_law import find_wall_law, leaning_wall
 from analysis.gap.laws.impact_rows import distance_regression, of_target
 from analysis.gap.laws.instead.wall import asked_beside, wall_law_instead

@@ -11,8 +11,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, wrapped
-from ovines.core.laws.words import ALONG, LINES, MARKERS, QUANTITIES, TARGETS, TRAINS
+from ovines.core.laws.words import ALONG, LINES, MARKERS, QUANTITIES, TRAINS
 
 Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
@@ -217,7 +218,9 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
     elif entry.own == "turning":
         out["azimuth_zero_rad"], out["turning_rad_per_s"] = (one.x, "rad"), (one.y, "rad/s")
     elif entry.own == "swinging":
-        out["swinging_rad_per_s"], out["fading_s"] = (one.x, "rad/s"), (one.y, "s")
+        out["fading_s"] = (one.y, "s")
+        if one.x:
+            out["swinging_rad_per_s"] = (one.x, "rad/s")
     elif entry.own == "fading":
         out["fading_s"] = (one.y, "s")
     elif entry.own == "spreading":

@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import delay_candidates
-from analysis.gap.laws.frames.forms.followed import after_blows, settled, struck_rim, times, with_host, with_spin
+from analysis.gap.laws.frames.forms.followed import (
+    after_blows,
+    settled,
+    struck_rim,
+    times,
+    with_disk,
+    with_host,
+    with_spin,
+)
 from analysis.gap.laws.frames.forms.making import followed
 from analysis.gap.laws.frames.forms.rates import best_rates
 from analysis.gap.laws.frames.markers import TARGETS, MarkerRows
@@ -44,6 +52,7 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
             out += delay_candidates(known, key[1])
         if key[0] in PICTURE:  # what hangs on the shaker's frame is shaken by its reaction, whatever the drive
             out += with_host(WORDS[key[0]], make, known)
+            out += with_disk(WORDS[key[0]], make, known)
     units = {WORDS[key[0]]: (partial(_term, key), unit[:, None]) for key, unit in rows.units.items()}
     return [*out, *best_rates(units, rows, rng)]
 

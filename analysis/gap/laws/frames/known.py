@@ -38,7 +38,7 @@ def known_frames(time_s: Array, data: RunData, flights: Sequence[Flight]) -> Arr
     known[:, [W.HOST_AX, W.HOST_AY]] = data.host.at(time_s, 2)[:, :2]
     known[:, W.SPIN] = np.interp(time_s, data.time_s, spin_at(data))
     known[:, W.ANGLE] = np.interp(time_s, data.time_s, angle_at(data))
-    known[:, W.CONTACT_RADIUS] = data.contact_radius_m
+    known[:, W.CONTACT_RADIUS], known[:, W.START_ANGLE] = data.contact_radius_m, data.start_rad
     # The Host's place counts from the middle of the run's path, for a law knows no origin of the room.
     floor, host = data.host.at(time_s, 1)[:, :2], data.host.at(time_s)[:, :2]
     place, velocity = _disk(time_s, data)
@@ -59,7 +59,7 @@ def _remember_blows(known: Array, time_s: Array, data: RunData, flights: Sequenc
     ]
     at = np.searchsorted(np.array(from_s), time_s, side="right") - 1
     known[:, W.SINCE] = W.LONG_AGO_S
-    last = [W.LAST_X, W.LAST_Y, W.LAST_APPROACH, W.LAST_ANGLE, W.LAST_SLIP]
+    last = [W.LAST_X, W.LAST_Y, W.LAST_APPROACH, W.LAST_ANGLE, W.LAST_SLIP, W.LAST_LEFT]
     for i, k in enumerate(begins):
         own = at == i
         known[own, W.BLOWS] = number_of_blows(flights, k)
@@ -72,6 +72,7 @@ def _remember_blows(known: Array, time_s: Array, data: RunData, flights: Sequenc
         known[own, W.BLOW_TIMES : W.BLOW_SPEEDS] = blows[0] - data.start_s
         known[own, W.BLOW_SPEEDS : W.BLOW_WAYS] = blows[1]
         known[own, W.BLOW_WAYS : W.BLOW_SIDES], known[own, W.BLOW_SIDES : W.BLOWS] = blows[2], blows[3]
+        known[own, W.BLOW_SLIPS : W.START_ANGLE] = blows[4]
 
 
 def _disk(time_s: Array, data: RunData) -> tuple[Array, Array]:

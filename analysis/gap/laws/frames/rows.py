@@ -32,7 +32,7 @@ from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 Key = tuple[str, int]
-PICTURE = ("picture_u", "picture_v", "picture_zoom", "picture_turn")
+PICTURE = W.PICTURE
 # What two views may say of one of them, in the order of columns.
 OF_VIEW = ("camera_delay", *PICTURE, *W.NES_PICTURE)
 # Rows of so long a part of a run share what noise did to them: longer than a body takes through a lens residual.

@@ -12,8 +12,8 @@ from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, MOST_PARTS, find_law
 from analysis.gap.laws.dictionary.candidate import waves
+from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
-from analysis.gap.laws.dictionary.walls import wall_candidates
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import FEWEST_IMPACTS, told_wall_law
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
-from analysis.gap.laws.dictionary.parts import SCALE_STEP
+from analysis.gap.laws.dictionary.parts import ANGLE_STEP, SCALE_STEP
 from analysis.gap.laws.frames.forms.making import (
     SWINGS_FADE,
     Make,
@@ -32,6 +32,8 @@ SWING_STEP, SWINGS = 2.0, 12
 STOPS = (0.3, 1.0)
 # Shares of the Host's usual place, velocity or acceleration from which on something is drawn along.
 DRAWN = 0.5
+# Directions (rad) of a line along which the disk's place is followed up to an end.
+FOLLOWED_LINES = tuple(math.pi * i / 4 for i in range(4))
 # Shares of a run (and of the longest run's time) at which a step is tried, and in which something settles.
 STEPS, SETTLES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9), (0.05, 0.2)
 
@@ -138,6 +140,8 @@ def with_host(word: str, make: Make, known: Array) -> list[Candidate]:
         quantity = f"host_{what}_along"
         out.append(follows(f"with the Host's {what} along the drive", Factor(quantity)))
         out.append(follows(f"with the Host's {what}", *ways(quantity)))
+        if what == "place":
+            out.append(follows("with the Host's place, late", *ways(quantity), *ways("host_velocity_along")))
         out.append(follows(f"by the sense of the Host's {what} along the drive", Factor(quantity, "sign")))
         usual = DRAWN * float(np.std(along))
         if usual > 0:
@@ -148,6 +152,26 @@ def with_host(word: str, make: Make, known: Array) -> list[Candidate]:
 
                 name = f"{word}, drawn along from a value of the Host's {what} on, along {way_rad:.0f} rad"
                 out.append(Candidate(name, drawn, (usual,), (SCALE_STEP,), (True,)))
+    return out
+
+
+def with_disk(word: str, make: Make, known: Array) -> list[Candidate]:
+    """What goes with the disk's place in the room, with a lag, with its velocity, or with its place up to an end: a
+    camera that steadies its picture takes what moves in it for its own shake."""
+    follows, place, velocity = partial(followed, word, make), ways("nes_place_along"), ways("velocity_along")
+    out = [
+        follows("with the disk's place", *place),
+        follows("with the disk's velocity", *velocity),
+        follows("with the disk's place, late", *place, *velocity),
+    ]
+    usual_m = float(np.std(known[:, W.X]))
+
+    def to_an_end(way_rad: float, size_m: float) -> tuple[Term, ...]:
+        return make(Factor("nes_place_along", "tanh", 1.0, size_m, way_rad))
+
+    if usual_m > 0:
+        name, steps = f"{word}, with the disk's place along a line, to an end", (ANGLE_STEP, SCALE_STEP)
+        out += [Candidate(name, to_an_end, (at_rad, usual_m), steps, (False, True)) for at_rad in FOLLOWED_LINES]
     return out
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -17,6 +16,7 @@ from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, SCALE_STEP
 from analysis.gap.laws.frames.forms.making import SWINGS_FADE, Make, Rows, period_s_of, swung, usual_flight_s
 from analysis.gap.laws.regression.problem import Profile
+from analysis.gap.laws.regression.scan import Scan
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 
@@ -31,10 +31,6 @@ FINER = 1 / 16
 # Frequencies in steps of this over a run, up to this share of the frame rate; in turned series, too.  What alternates
 # from frame to frame has no phase and is a candidate of its own.
 APART, HIGHEST, TURNS = 0.25, 0.48, 19
-# Instants (s) and sizes (of the largest) that are the same, but for rounding.
-SAME_INSTANT_S, SAME_SIZE = 1e-8, 1e-8
-# Frequencies at a time: their cosines over all frames fit into a cache of some megabytes.
-AT_ONCE = 64
 
 
 def best_rates(units: Mapping[str, tuple[Make, Array]], rows: Rows, rng: np.random.Generator) -> list[Candidate]:
@@ -47,7 +43,7 @@ def best_rates(units: Mapping[str, tuple[Make, Array]], rows: Rows, rng: np.rand
     ways = np.hstack([unit for _, unit in units.values()])
     out = list[Candidate]()
 
-    def best(scan: _Scan, rates: Array, block: NDArray[np.int64]) -> tuple[list[float], float]:
+    def best(scan: Scan, rates: Array, block: NDArray[np.int64]) -> tuple[list[float], float]:
         """Best rate of each word, and what the best gains where the signs of each ``block`` (M,) are turned."""
         blocks, number = np.unique(block, return_inverse=True)
         turned = np.vstack([np.ones(len(blocks)), rng.choice([-1.0, 1.0], (TURNS, len(blocks)))])
@@ -55,7 +51,7 @@ def best_rates(units: Mapping[str, tuple[Make, Array]], rows: Rows, rng: np.rand
         gains = np.array([each[word_of == i].sum(0) for i in range(len(units))])
         return rates[np.argmax(gains[:, 0], 1)].tolist(), float(gains[:, 1:].max()) / problem.excess
 
-    even = _Scan.of(rows, left, known[:, W.TIME], np.ones(len(known)))
+    even = Scan.of(rows.at, left, known[:, W.TIME], np.ones(len(known)))
     rates: Array = np.asarray(2 * math.pi * np.arange(0.5, HIGHEST / period_s * run_s, APART) / run_s, float)
     swings, price = best(even, rates, problem.block)
     for (word, (make, unit)), rate in zip(units.items(), swings, strict=True):
@@ -95,7 +91,7 @@ def best_rates(units: Mapping[str, tuple[Make, Array]], rows: Rows, rng: np.rand
         if not len(slow):
             continue
         size = np.where(struck, known[:, W.LAST_APPROACH], 0.0) * np.exp(-since / fades_s)
-        after = _Scan.of(rows, left, since, size)
+        after = Scan.of(rows.at, left, since, size)
         swings, price = best(after, slow, flight)
         for (word, (make, _)), rate in zip(units.items(), swings, strict=True):
             step, swinging = APART / fades_s * math.pi / rate, partial(swung, make)
@@ -124,46 +120,12 @@ def _pulsing(make: Make, rate: float, turned: float, width: float) -> tuple[Term
     return make(Factor("time", "pulses", width * period_s, period_s, turned / rate))
 
 
-@dataclass(frozen=True, eq=False)
-class _Scan:
-    """Instants (N,; s) in which something swings by a ``size`` (N,), those of all rows (M,) among them ``at``, and what
-    is ``left`` in these."""
-
-    clock_s: Array
-    size: Array
-    at: NDArray[np.int64]
-    left: Array
-
-    @classmethod
-    def of(cls, rows: Rows, left: Array, clock_s: Array, size: Array) -> _Scan:
-        """Frames of all runs at one instant are one."""
-        both = np.round(np.column_stack([clock_s / SAME_INSTANT_S, size / max(np.abs(size).max(), 1e-300) / SAME_SIZE]))
-        _, first, number = np.unique(both, axis=0, return_index=True, return_inverse=True)
-        return cls(clock_s[first], size[first], number.reshape(-1)[rows.at], left)
-
-    def gains(self, ways: Array, signs: Array, rates: Array) -> Array:
-        """Falls of the sum of squares (W, K, F) that a cosine and a sine of each rate explain of what is left with the
-        ``signs`` (K, M), by each of ``ways`` (M, W) in which the rows answer."""
-        count, out = len(self.clock_s), np.zeros((ways.shape[1], len(signs), len(rates)))
-        weight = np.array([np.bincount(self.at, way**2, count) for way in ways.T]) * self.size**2
-        moved = [way * self.left for way in ways.T]
-        score = np.array([np.bincount(self.at, way * sign, count) for way in moved for sign in signs]) * self.size
-        for first in range(0, len(rates), AT_ONCE):
-            turn = np.outer(self.clock_s, rates[first : first + AT_ONCE])
-            c, s = np.cos(turn), np.sin(turn)
-            a, b, ab = (np.asarray(weight @ one)[:, None] for one in (c * c, s * s, c * s))
-            x, y = ((score @ one).reshape(len(weight), len(signs), -1) for one in (c, s))
-            square = (b * x**2 - 2 * ab * x * y + a * y**2) / np.maximum(a * b - ab**2, 1e-300)
-            out[:, :, first : first + AT_ONCE] = square
-        return out
-
-
-def _finest(scan: _Scan, unit: Array, rate: float, apart: float) -> tuple[float, float]:
+def _finest(scan: Scan, unit: Array, rate: float, apart: float) -> tuple[float, float]:
     """The best rate near ``rate``, and the phase at which its wave, along the way that has most of it, is highest."""
     rates: Array = np.asarray(rate + apart * np.arange(-1, 1 + FINER, FINER), float)
     rates = rates[rates > 0]
     best = float(rates[int(np.argmax(scan.gains(unit, np.ones((1, len(unit))), rates).sum((0, 1))))])
-    turn = best * scan.clock_s[scan.at]
+    turn = best * scan.clock[scan.at]
     waved = [np.column_stack([way * np.cos(turn), way * np.sin(turn)]) for way in unit.T]
     along, across = max((np.linalg.lstsq(one, scan.left, rcond=None)[0] for one in waved), key=lambda one: one @ one)
     return best, math.atan2(across, along)

@@ -10,18 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.impacts import (
+from analysis.gap.laws.dictionary.impacts.around import IN_STEP, around, creeping, in_step, spaced, swaying
+from analysis.gap.laws.dictionary.impacts.law import SCALES
+from analysis.gap.laws.dictionary.impacts.memory import (
     BREATHING,
-    SCALES,
     after_the_way,
-    around,
-    creeping,
-    in_step,
+    leaning,
+    left_fast,
     settling_by_run,
-    spaced,
     struck_here,
-    swaying,
     swinging,
+    turning,
     worn,
 )
 from analysis.gap.laws.dictionary.modulated import WEARS, Carrier, fixed, with_scale
@@ -139,7 +138,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
     # A form that stands above is no rival of itself.
     listed = {_form(one) for one in out}
     out += [one for one in _shapes_that_change(known) if _form(one) not in listed]
-    out += [in_step(WORD, TARGET, order) for order in (1.0, 2.0)]
+    out += [in_step(WORD, TARGET, *orders) for orders in IN_STEP]
     out += swaying(WORD, TARGET, known)
     out += settling_by_run(WORD, TARGET, known)
     out += struck_here(WORD, TARGET, known)
@@ -178,19 +177,27 @@ def wall_candidates(known: Array) -> list[Candidate]:
         ("the sense of the Host's acceleration outwards", Factor("host_acceleration_outwards", "sign")),
         ("the Host's acceleration about its centre", Factor("host_acceleration_around")),
         ("the inverse approach speed", Factor("approach", "absolute_power", -1.0)),
+        ("the speed against the Host", Factor("sliding_speed")),
+        ("the sense of slip", Factor("slip", "sign")),
+        ("the signed slip of the contact before", Factor("last_slip")),
     ):  # fmt: skip
         out.append(plain(f"{WORD} with {name}", Term(TARGET, 1.0, (factor,))))
     for name, column, form in (
         ("the slip, ending", W.SLIP, ("slip", "decay", 1.0)),
         ("the approach speed, ending", W.APPROACH, ("approach", "exponential", 1.0)),
+        ("the approach speed of the contact before, up to an end", W.LAST_APPROACH, ("last_approach", "rational", 2.0)),
     ):
         sizes = np.quantile(np.abs(known[:, column]), SCALES[1:]).tolist() if len(known) else []
         out += scaled(f"{WORD} with {name}", TARGET, form, sizes)
     out += after_the_way(WORD, TARGET, known)
+    out += [*leaning(WORD, TARGET, known), *turning(WORD, TARGET, known), *left_fast(WORD, TARGET, known)]
     since = known[:, W.SINCE]
     since = since[since < 0.5 * W.LONG_AGO_S]
     fades = np.quantile(since, SCALES).tolist() if len(since) else []
-    for word, factors in (("", ()), (" and its speed", (Factor("last_approach"),))):
+    for word, factors in (
+        ("", ()), (" and its speed", (Factor("last_approach"),)), (" and its slip", (Factor("last_slip"),)),
+        (" and the sense of its slip", (Factor("last_slip", "sign"),)),
+    ):  # fmt: skip
         name = f"{WORD} with the time since the contact before{word}"
         out += scaled(name, TARGET, ("since", "exponential", 1.0), fades, factors)
     time_s = known[:, W.TIME]

@@ -1,0 +1,131 @@
+"""What a term of a written law may act on.  Names are those of ``law-1.toml``; the codes are those of compiled code
+(:mod:`ovines.core.laws.kernel`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
+    its own means (none, "angle", "axis" of a mirror, "body": angle seen from the disk, "room" or "host" place,
+    "wind": a velocity in the room, number of a "camera", with the axis of a mirror ("camera_axis") or a direction
+    ("camera_angle") in its picture, number of a "marker" and its direction in the room, or seen from the disk:
+    "body_marker"), and the stage."""
+
+    code: int
+    unit: str
+    symbol: str
+    own: str
+    stage: str
+    meaning: str
+
+
+TARGETS: dict[str, Target] = {
+    name: Target(code, unit, symbol, own, stage, meaning)
+    for code, (name, unit, symbol, own, stage, meaning) in enumerate(
+        (
+            ("fixed_direction", "m/s^2", r"\vec e_{\varphi}", "angle", "flight", "a fixed direction in the room"),
+            ("outwards", "m/s^2", r"\hat r", "", "flight", "away from the Host's centre"),
+            ("swirl", "m/s^2", r"\hat z\times\hat r", "", "flight", "about the Host's centre"),
+            ("along_velocity", "m/s^2", r"\hat v", "", "flight", "along the velocity in the room"),
+            ("across_velocity", "m/s^2", r"\hat z\times\hat v", "", "flight", "to the left of the velocity"),
+            ("mirrored_velocity", "m/s^2", r"M_{\varphi}\hat v", "axis", "flight", "the velocity, mirrored"),
+            ("along_sliding", "m/s^2", r"\hat u", "", "flight", "along the velocity against the floor"),
+            ("across_sliding", "m/s^2", r"\hat z\times\hat u", "", "flight", "to the left of that"),
+            ("mirrored_radius", "m/s^2", r"M_{\varphi}\hat r", "axis", "flight", "the radius' direction, mirrored"),
+            ("from_place_in_room", "m/s^2", r"\hat d", "room", "flight", "away from a place of the room"),
+            ("from_place_in_host", "m/s^2", r"\hat d_H", "host", "flight", "away from a place of the Host"),
+            ("floor_friction", "1", r"\vec a_\mu", "", "flight", "the floor's friction, as a share of it"),
+            (
+                "mirrored_floor_friction", "1", r"M_{\varphi}\vec a_\mu", "axis", "flight",
+                "the floor's friction, mirrored, as a share of it",
+            ),
+            ("along_body", "m/s^2", r"\vec e_{\psi}", "body", "flight", "a direction that turns with the disk"),
+            ("spin", "rad/s^2", r"\hat z", "", "flight", "the disk's spin"),
+            (
+                "from_last_contact", "m/s^2", r"\hat d_c", "", "flight",
+                "away from the place of the contact before",
+            ),
+            ("along_host_velocity", "m/s^2", r"\hat w", "", "flight", "along the velocity of the floor under the disk"),
+            ("along_host_acceleration", "m/s^2", r"\hat a_H", "", "flight", "along the acceleration of the Host"),
+            (
+                "polar_floor_friction", "1", r"M_{\hat r}\vec a_\mu", "", "flight",
+                "the floor's friction, mirrored at the radius' direction, as a share of it",
+            ),
+            (
+                "floor_lever", "1/m", r"\hat z\dot\omega_\ell", "body", "flight",
+                "the spin by the floor's friction, acting on the disk along a direction of it from the mass centre",
+            ),
+            ("floor_torque", "1", r"\hat z\dot\omega_\mu", "", "flight", "a share of the floor's torque"),
+            (
+                "along_airspeed", "m/s^2", r"\hat v_a", "wind", "flight",
+                "along the velocity in the room against air that moves there by a wind of its own",
+            ),
+            ("restitution", "1", r"\varepsilon", "", "impact", "the normal restitution"),
+            ("wall_friction", "1", r"\mu_w", "", "impact", "the wall's friction coefficient"),
+            ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
+            ("spin_kept", "1", r"\omega'/\omega", "", "impact", "the share of the spin that an impact leaves"),
+            ("spin_added", "rad/s", r"\omega'", "", "impact", "the spin after an impact"),
+            ("contact_radius", "m", r"R_c", "", "geometry", "the radius at which the disk's centre meets the wall"),
+            ("picture_u", "px", r"u", "camera", "measurement", "the place of a camera's picture along u"),
+            ("picture_v", "px", r"v", "camera", "measurement", "the place of a camera's picture along v"),
+            (
+                "picture_zoom", "1", r"z", "camera", "measurement",
+                "the size of a camera's picture about its principal point, as a share",
+            ),
+            (
+                "picture_turn", "rad", r"\rho", "camera", "measurement",
+                "the turn of a camera's picture about its principal point, from u to v",
+            ),
+            (
+                "picture_stretch", "1", r"\vec e_{\varphi}", "camera_axis", "measurement",
+                "the share by which a camera's picture is longer along a direction of it and shorter across",
+            ),
+            (
+                "picture_radial", "1/px^2", r"k", "camera", "measurement",
+                "the share by which a camera's picture is larger, by the square of the distance from its principal "
+                "point",
+            ),
+            (
+                "picture_decentring", "1/px", r"\vec e_{\varphi}", "camera_angle", "measurement",
+                "the decentring of a camera's lens along a direction of its picture (Brown)",
+            ),
+            (
+                "camera_delay", "s", r"\tau_c", "camera", "measurement",
+                "how much later than the other a camera sees what it says it sees",
+            ),
+            ("clock_delay", "s", r"\tau", "", "measurement", "how much later than they say all cameras see"),
+            (
+                "host_marker", "m", r"\vec e_{\varphi}", "marker", "measurement",
+                "the place of a marker on the Host, along a direction in the room",
+            ),
+            (
+                "nes_marker", "m", r"\vec e_{\psi}", "body_marker", "measurement",
+                "the place of a marker on the NES, along a direction that turns with it",
+            ),
+            (
+                "nes_picture_u", "px", r"u", "camera", "measurement",
+                "the place of the NES in a camera's picture along u",
+            ),
+            (
+                "nes_picture_v", "px", r"v", "camera", "measurement",
+                "the place of the NES in a camera's picture along v",
+            ),
+            (
+                "nes_place", "m", r"\vec e_{\varphi}", "angle", "measurement",
+                "the place where the NES is seen, along a direction in the room",
+            ),
+            (
+                "nes_place_outwards", "m", r"\hat r", "", "measurement",
+                "the place where the NES is seen, away from the Host's centre",
+            ),
+            (
+                "nes_card", "m", r"\vec e_{\psi}", "body", "measurement",
+                "the place of all markers of the NES on it, along a direction that turns with it",
+            ),
+            ("nes_card_turn", "rad", r"\psi_m", "", "measurement", "the turn of all markers of the NES on it"),
+        )
+    )
+}  # fmt: skip
