@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.cutting.flight_rig import NO_LAW, FlightRig
+from analysis.flights.cutting.flight_rig import NO_LAW, NO_WAY, FlightRig
+from analysis.flights.cutting.way_slid import way_slid
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import own_units
 from analysis.walls.wall import Wall
-from ovines.core.laws.terms import asks_for_contacts
+from ovines.core.laws.terms import asks_for_contacts, asks_for_way
 
 Array = NDArray[np.float64]
 
@@ -105,7 +106,18 @@ class RunData:
     @cached_property
     def remembers(self) -> bool:
         """Whether the law that the run holds asks for contacts before a flight."""
-        return asks_for_contacts(self.law)
+        return asks_for_contacts(self.law) or asks_for_way(self.law)
+
+    @cached_property
+    def way(self) -> Array:
+        """Time (s) of each frame and what the disk remembers then of its way over the floor (N, 1 + MEMORY_SIZE)."""
+        return way_slid(self.time_s, self.xy_m, self.host_at_frames, self.contact_radius_m)
+
+    @cached_property
+    def start_angle_rad(self) -> float:
+        """The disk's angle where it is first seen; 0 where it is not."""
+        seen = np.flatnonzero(self.angle_sd_rad < NO_ANGLE_SD_RAD)
+        return float(self.angle_rad[seen[0]]) if len(seen) else 0.0
 
     @cached_property
     def contacts(self) -> dict[tuple[int, ...], Contact]:
@@ -128,6 +140,7 @@ class RunData:
             self.start_s,
             float(self.number),
             *self.middle_m,
+            self.way if asks_for_way(self.law) else NO_WAY,
         )
 
 

@@ -21,6 +21,10 @@ GIVEN: dict[str, tuple[str, str]] = {
     **{f"blow_{i + 1}_rad": ("rad", "direction in which it pushed the Host") for i in range(words.MOST_BLOWS)},
     **{f"blow_{i + 1}_side_rad": ("rad", "the same seen from the disk") for i in range(words.MOST_BLOWS)},
     "blows": ("1", "number of impacts of the run before"),
+    "way_before": ("m", "way slid over the floor from the run's start to the contact before"),
+    "start_angle_rad": ("rad", "angle of the disk as the run began"),
+    "two_before_x": ("m", "place of the disk at the contact before that, from the Host's centre"),
+    "two_before_y": ("m", "the same along y"),
 }
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
 PARAMETERS: dict[str, tuple[str, str]] = {
@@ -122,3 +126,5 @@ CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE, ANGLE_BEF
 BLOW_TIMES, BLOW_SPEEDS, BLOW_WAYS = INDEX["blow_1_s"], INDEX["blow_1"], INDEX["blow_1_rad"]
 BLOW_SIDES = INDEX["blow_1_side_rad"]
 BLOWS = INDEX["blows"]
+WAY_BEFORE, START_ANGLE_RAD = INDEX["way_before"], INDEX["start_angle_rad"]
+TWO_BEFORE_X, TWO_BEFORE_Y = INDEX["two_before_x"], INDEX["two_before_y"]

@@ -15,12 +15,15 @@ from ovines.core.laws.quantities import (
     Q_LAST_APPROACH,
     Q_LAST_SLIP,
     Q_LAST_SPUN,
+    Q_OFF_PATH,
     Q_RIM_TURN,
     Q_SINCE_BY_BLOW,
+    Q_WAY_SINCE,
     SHORT,
     circular,
     quantity,
     remembers,
+    remembers_two,
 )
 
 Numbers = NDArray[np.int64]
@@ -83,8 +86,10 @@ def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
     last = Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or Q_RIM_TURN <= code <= Q_LAST_SLIP or code == Q_SINCE_BY_BLOW
-    last = last or code >= Q_LAST_SPUN
-    if last and not remembers(known):
+    last = last or Q_LAST_SPUN <= code <= Q_OFF_PATH
+    if (last and not remembers(known)) or (code == Q_OFF_PATH and not remembers_two(known)):
+        return 0.0
+    if code == Q_WAY_SINCE and known[W.WAY_BEFORE] < 0.0:
         return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
     function, order, scale = int(row[at + W.FUNCTION]), row[at + W.ORDER], row[at + W.SCALE]

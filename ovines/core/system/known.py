@@ -8,6 +8,7 @@ import numpy as np
 
 from ovines.core.compiled import Floats, Ints, compiled, making_arrays
 from ovines.core.laws import words as W
+from ovines.core.laws.memory import slid_on
 from ovines.core.system import parameters as P
 
 
@@ -35,15 +36,57 @@ def known_of(t: float, y: Floats, at: Floats, scratch: Floats, p: Floats, k: Int
         known[W.BLOW_TIMES + i], known[W.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i], p[P.BLOW_SPEEDS + i]
         known[W.BLOW_WAYS + i], known[W.BLOW_SIDES + i] = p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i]
     known[W.BLOWS] = p[P.BLOWS]
+    known[W.DISK_RADIUS] = p[P.RADIUS]
+    if p[P.MEMORY_M] > 0.0:
+        slid_on(p, P.WAY, way_from(t, at, p), (p[P.MEMORY_M], p[P.MEMORY_S]), known, W.WAY)
+        known[W.WAY_BEFORE], known[W.START_ANGLE] = p[P.WAY_BEFORE], p[P.START_ANGLE]
+        known[W.BEFORE_X], known[W.BEFORE_Y] = p[P.BEFORE_X], p[P.BEFORE_Y]
+        known[W.MEMORY_M], known[W.MEMORY_S] = p[P.MEMORY_M], p[P.MEMORY_S]
     if k[P.HOST_KIND] == P.DRIVEN:
         known[W.HOST_AX], known[W.HOST_AY] = scratch[6], scratch[7]
     return known
 
 
 @compiled
+def way_from(t: float, at: Floats, p: Floats) -> tuple[float, float, float]:
+    """Straight way (m) over the floor, and time (s), from where the way was remembered last to the place ``at``; a
+    floor that turns takes what lies on it along."""
+    x, y = at[0] - at[4], at[1] - at[5]
+    turned = at[6] - p[P.WAY_HOST]
+    dx, dy = x - p[P.WAY_X], y - p[P.WAY_Y]
+    return (
+        dx + 0.5 * turned * (y + p[P.WAY_Y]),
+        dy - 0.5 * turned * (x + p[P.WAY_X]),
+        max(t - p[P.WAY_TIME], 0.0),
+    )
+
+
+@compiled
+def _stand_at(t: float, at: Floats, p: Floats) -> None:
+    p[P.WAY_TIME], p[P.WAY_X], p[P.WAY_Y], p[P.WAY_HOST] = t, at[0] - at[4], at[1] - at[5], at[6]
+
+
+@compiled
+def begin_way(t: float, at: Floats, angle: float, p: Floats) -> None:
+    """A run begins in place ``at``, at the disk's ``angle``: nothing has been slid."""
+    for i in range(W.MEMORY_SIZE):
+        p[P.WAY + i] = 0.0
+    p[P.WAY_BEFORE], p[P.START_ANGLE] = 0.0, angle
+    _stand_at(t, at, p)
+
+
+@compiled
+def remember_way(t: float, at: Floats, p: Floats) -> None:
+    """Keep what the disk has slid up to the place ``at``, for what asks about its way."""
+    slid_on(p, P.WAY, way_from(t, at, p), (p[P.MEMORY_M], p[P.MEMORY_S]), p, P.WAY)
+    _stand_at(t, at, p)
+
+
+@compiled
 def forget_contacts(p: Floats) -> None:
     """A run begins: no impact was before."""
     p[P.LAST_IMPACT], p[P.LAST_X], p[P.LAST_Y], p[P.BLOWS] = -math.inf, 0.0, 0.0, 0.0
+    p[P.BEFORE_X], p[P.BEFORE_Y] = 0.0, 0.0
     for i in range(W.MOST_BLOWS):
         p[P.BLOW_SPEEDS + i] = 0.0
 
@@ -55,6 +98,7 @@ def remember_contact(t: float, at: Floats, angle: float, speeds: tuple[float, fl
 
     Numbers that a run writes into its parameters; all others stay."""
     p[P.LAST_IMPACT], p[P.LAST_APPROACH], p[P.LAST_SLIP] = t, speeds[0], speeds[1]
+    p[P.BEFORE_X], p[P.BEFORE_Y], p[P.WAY_BEFORE] = p[P.LAST_X], p[P.LAST_Y], p[P.WAY]
     p[P.LAST_X], p[P.LAST_Y], p[P.LAST_ANGLE] = at[0] - at[4], at[1] - at[5], angle
     for i in range(W.MOST_BLOWS - 1, 0, -1):
         p[P.BLOW_TIMES + i], p[P.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i - 1], p[P.BLOW_SPEEDS + i - 1]

@@ -10,17 +10,21 @@ from analysis.gap.laws.dictionary.impacts import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push, size
+from ovines.core.laws.memory import LATELY
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.laws.words import TARGETS
 
 LENGTH_M, TIME_S = 2.7, 1.9
-PLACES = (W.X, W.Y, W.HX, W.HY, W.CONTACT_RADIUS, W.LAST_X, W.LAST_Y)
+PLACES = (
+    *(W.X, W.Y, W.HX, W.HY, W.CONTACT_RADIUS, W.LAST_X, W.LAST_Y, W.BEFORE_X, W.BEFORE_Y, W.DISK_RADIUS),
+    *(W.WAY, W.WAY_BEFORE, W.MEMORY_M, *(W.WAY + LATELY + i for i in range(W.LATELIES))),
+)
 BLOWS = range(W.MOST_BLOWS)
 SPEEDS = (
     *(W.VX, W.VY, W.UX, W.UY, W.APPROACH, W.SLIP, W.WALL_SPEED, W.PASSING, W.LAST_APPROACH, W.LAST_SLIP),
     *(W.BLOW_SPEEDS + i for i in BLOWS),
 )
-TIMES = (W.TIME, W.SINCE, *(W.BLOW_TIMES + i for i in BLOWS))
+TIMES = (W.TIME, W.SINCE, W.MEMORY_S, *(W.BLOW_TIMES + i for i in BLOWS))
 
 
 def in_units(known):

@@ -10,6 +10,7 @@ from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.places import place_candidates
 from analysis.gap.laws.dictionary.ring import ring_candidates
 from analysis.gap.laws.dictionary.uneven import uneven_candidates
+from analysis.gap.laws.dictionary.way import way_candidates
 
 
 def flight_candidates(scales: RigScales) -> list[Candidate]:
@@ -22,4 +23,5 @@ def flight_candidates(scales: RigScales) -> list[Candidate]:
         *ring_candidates(scales),
         *uneven_candidates(scales),
         *torque_candidates(scales),
+        *way_candidates(scales),
     ]

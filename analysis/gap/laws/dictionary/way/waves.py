@@ -1,0 +1,64 @@
+"""What comes and goes along a way: with the way slid (feet that hunt, a face that clogs and clears), with the angle
+turned (a bent thread), with the radius (Chladni's circles of a floor that vibrates, grooves turned on a lathe).
+
+The wave's number along its way is searched from a grid in which neighbours are told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.modulated import FEW, FRICTION, Carrier, Modulator, Products
+from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.way.memory import ASIDE, TORQUE
+from ovines.core.laws.terms import Factor, Term
+
+# Phase (rad) by which neighbours differ from one end of the way to the other, and a search's first step of it.
+APART, STEP = 3.2, 0.6
+# Waves from one end to the other, of the way in a flight (two contact radii), of the radius, and of a run's way.
+MOST_IN_FLIGHT, LEAST_ALONG_RADIUS, MOST_ALONG_RADIUS = 12, 2, 8
+# The slowest of a run are what sways with the time.
+LEAST_IN_RUN, MOST_IN_RUN, LEAST_TURNED, MOST_TURNED = 4, 28, 2, 24
+_SHAKEN = Factor("host_acceleration")
+_SHAKEN_2 = Factor("host_acceleration", "power", 2.0)
+
+
+def wave_candidates(scales: RigScales) -> list[Candidate]:
+    """Every candidate that goes in waves along a way."""
+    return [candidate for carrier, one in _all(scales) for candidate in carrier.times(one)]
+
+
+def _all(scales: RigScales) -> Iterator[tuple[Carrier, Modulator]]:
+    flight = _waves("way_since", 2.0 * scales.radius_m, 1, MOST_IN_FLIGHT)
+    run = _waves("way", scales.way_m, LEAST_IN_RUN, MOST_IN_RUN)
+    turned = _waves("turned", scales.turned_rad, LEAST_TURNED, MOST_TURNED)
+    for carrier in (FRICTION, ASIDE, TORQUE):
+        yield carrier, flight
+    for carrier in (FRICTION, ASIDE):
+        yield carrier, run
+    for carrier in (FRICTION, TORQUE):
+        yield carrier, turned
+    circles = ("radius", scales.radius_m, LEAST_ALONG_RADIUS, MOST_ALONG_RADIUS)
+    pull, swirl = FEW[1], FEW[3]
+    for carrier in (FRICTION, pull):
+        yield carrier, _waves(*circles)
+        yield carrier, _waves(*circles, _SHAKEN_2)
+    yield pull, _waves(*circles, _SHAKEN)
+    yield swirl, _waves(*circles)
+    # Of what stands below the table, about the middle of the Host's path.
+    room = Carrier("pull in the room", (Term("from_place_in_room", 1.0),))
+    yield room, _waves("distance_in_room", *circles[1:])
+
+
+def _waves(quantity: str, length: float, first: int, last: int, *factors: Factor) -> Modulator:
+    """Cosine and sine of a quantity that runs over ``length``, times ``factors``."""
+
+    def make(scale: float) -> Products:
+        return tuple((*factors, wave) for wave in waves(quantity, 1.0, scale))
+
+    word = {"host_acceleration": "Host's acceleration"}
+    beside = "".join(
+        f" and {'the square of ' if one.order == 2.0 else ''}the {word[one.quantity]}" for one in factors
+    )
+    starts = tuple(((length / (APART * n),), (STEP / (APART * n),)) for n in range(first, last + 1))
+    return Modulator(f"in waves of the {quantity.replace('_', ' ')}{beside}", make, starts, (True,))
