@@ -15,8 +15,10 @@ from ovines.core.laws.terms import Factor, Term
 
 # Phase (rad) by which neighbours differ from one end of the way to the other, and a search's first step of it.
 APART, STEP = 3.2, 0.6
-# Waves from one end to the other, of the way in a flight (two contact radii), of the radius, and of a run's way.
-MOST_IN_FLIGHT, LEAST_ALONG_RADIUS, MOST_ALONG_RADIUS = 12, 2, 8
+# A search's first step of the logarithm of a length in which waves fade.
+FADE_STEP = 0.7
+# Way of a flight, over the contact radius; waves from one end to the other, of that and of the radius.
+FLIGHT, MOST_IN_FLIGHT, LEAST_ALONG_RADIUS, MOST_ALONG_RADIUS = 2.0, 12, 2, 8
 # The slowest of a run are what sways with the time.
 LEAST_IN_RUN, MOST_IN_RUN, LEAST_TURNED, MOST_TURNED = 4, 28, 2, 24
 _SHAKEN = Factor("host_acceleration")
@@ -29,11 +31,12 @@ def wave_candidates(scales: RigScales) -> list[Candidate]:
 
 
 def _all(scales: RigScales) -> Iterator[tuple[Carrier, Modulator]]:
-    flight = _waves("way_since", 2.0 * scales.radius_m, 1, MOST_IN_FLIGHT)
+    flight = _waves("way_since", FLIGHT * scales.radius_m, 1, MOST_IN_FLIGHT)
     run = _waves("way", scales.way_m, LEAST_IN_RUN, MOST_IN_RUN)
     turned = _waves("turned", scales.turned_rad, LEAST_TURNED, MOST_TURNED)
     for carrier in (FRICTION, ASIDE, TORQUE):
         yield carrier, flight
+        yield carrier, _fading(flight, "way_since", FLIGHT * scales.radius_m)
     for carrier in (FRICTION, ASIDE):
         yield carrier, run
     for carrier in (FRICTION, TORQUE):
@@ -48,6 +51,17 @@ def _all(scales: RigScales) -> Iterator[tuple[Carrier, Modulator]]:
     # Of what stands below the table, about the middle of the Host's path.
     room = Carrier("pull in the room", (Term("from_place_in_room", 1.0),))
     yield room, _waves("distance_in_room", *circles[1:])
+
+
+def _fading(one: Modulator, quantity: str, length: float) -> Modulator:
+    """Waves that fade along their way, within about ``length`` at first: a disk that slides through half of a run
+    between two blows tells the most of such waves, and nothing but the right one of those that do not fade."""
+
+    def make(scale: float, fades: float) -> Products:
+        return tuple((*factors, Factor(quantity, "exponential", 1.0, fades)) for factors in one.make(scale))
+
+    starts = tuple(((*numbers, length), (*steps, FADE_STEP)) for numbers, steps in one.starts)
+    return Modulator(f"{one.name}, which fade", make, starts, (True, True))
 
 
 def _waves(quantity: str, length: float, first: int, last: int, *factors: Factor) -> Modulator:
