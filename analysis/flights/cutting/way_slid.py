@@ -62,8 +62,8 @@ def _remember(time_s: Array, slip: Array, units: tuple[float, float], out: Array
 
 @compiled
 def remembered(time_s: float, way: Array, out: Array, at: int) -> None:
-    """What the disk remembers at a time (s) of the table ``way`` (:func:`way_slid`) into ``out`` from ``at`` on; nothing
-    without a table."""
+    """What the disk remembers at a time (s) of the table ``way`` (:func:`way_slid`) into ``out`` from ``at`` on;
+    nothing without a table."""
     count = way.shape[0]
     if count == 0:
         for i in range(W.MEMORY_SIZE):

@@ -180,8 +180,11 @@ def off_path(known: Floats) -> float:
 
 @compiled
 def of_way(code: int, x: float, y: float, known: Floats) -> float:
-    """Value of a quantity that remembers the way over the floor, or that goes with how the rim takes part in it."""
+    """Value of a quantity that goes with the way over the floor, as it is or as it is remembered, or with how the rim
+    takes part in it."""
     ux, uy = known[W.UX], known[W.UY]
+    if code == Q_PLACE_ALONG_SLIDING:
+        return (known[W.HX] - x) * ux + (known[W.HY] - y) * uy
     if code == Q_WAY or code == Q_WAY_SINCE:
         return known[W.WAY] - (known[W.WAY_BEFORE] if code == Q_WAY_SINCE else 0.0) - x
     if code == Q_SLIDING_FROM_BLOW:
@@ -246,10 +249,8 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
     if Q_BLOWS <= code <= Q_OVALLING or Q_BREATHING <= code <= Q_RIM_BLOWS_HERE:
         return of_blows(code, x, y, known)
-    if code >= Q_SLIDING_FROM_BLOW:
+    if code >= Q_SLIDING_FROM_BLOW or code == Q_PLACE_ALONG_SLIDING:
         return of_way(code, x, y, known)
-    if code == Q_PLACE_ALONG_SLIDING:
-        return (known[W.HX] - x) * known[W.UX] + (known[W.HY] - y) * known[W.UY]
     if code >= Q_RADIAL and code != Q_AT_CYLINDER:
         return of_host_or_contact(code, known) - x
     return before_impact(code, known) - x

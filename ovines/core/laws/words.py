@@ -47,8 +47,9 @@ LAST_SPUN = AT_CYLINDER + 1
 #: radius of the disk (m), and what it remembers of its way over the floor: from WAY on the way slid since the run's
 #: start (m), the mean direction of the way just slid, x and y, as it fades with the way within each of TRAILS lengths,
 #: and the way just slid (m) as it fades with the time within each of LATELIES times; then the way slid at the contact
-#: before (0 before the first; less than 0 where it is not known), the disk's angle (rad) as the run began, the disk's place at the contact before that (m; 0, 0 where none is
-#: known), and the length (m) and the time (s) in which those lengths and times are counted
+#: before (0 before the first; less than 0 where it is not known), the disk's angle (rad) as the run began, its place at
+#: the contact before that (m; 0, 0 where none is known), and the length (m) and the time (s) in which those lengths and
+#: times are counted
 TRAILS, LATELIES = 7, 8
 DISK_RADIUS = LAST_SPUN + 1
 WAY = DISK_RADIUS + 1
@@ -460,7 +461,14 @@ QUANTITIES: dict[str, Quantity] = {
                 "trailing",
                 "mean direction of the way just slid, as it fades with the way: its part to the left of the way now",
             ),
-            ("way_lately", "m", r"\bar s", False, "fading", "way slid over the floor, added up as it fades with the time since"),
+            (
+                "way_lately",
+                "m",
+                r"\bar s",
+                False,
+                "fading",
+                "way slid over the floor, added up as it fades with the time since",
+            ),
             (
                 "rim_angle",
                 "rad",

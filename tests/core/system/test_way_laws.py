@@ -62,8 +62,9 @@ def _values(name, found):
         for i in range(1, len(mean)):
             kept = math.exp(-(way[i] - way[i - 1]) / LENGTH_M)
             mean[i] = kept * mean[i - 1] + (1 - kept) * step[i - 1] / np.hypot(*step[i - 1])
-        part = np.sum(mean * along, 1) if name == "trail_along" else mean[:, 1] * along[:, 0] - mean[:, 0] * along[:, 1]
-        return part
+        if name == "trail_along":
+            return np.sum(mean * along, 1)
+        return mean[:, 1] * along[:, 0] - mean[:, 0] * along[:, 1]
     if name == "off_path":
         before = contact[last - 1]
         line = contact[last] - before
@@ -113,7 +114,9 @@ WAY_LAWS = (
         (
             Term("floor_friction", -0.3, (Factor("trail_along", y=0.02),)),
             Term("across_sliding", 0.8, (Factor("trail_across", y=0.02),)),
-            Term("across_sliding", 0.8, (Factor("rim_angle", "sine", 2.0), Factor("sliding_direction", "cosine", x=0.4))),
+            Term(
+                "across_sliding", 0.8, (Factor("rim_angle", "sine", 2.0), Factor("sliding_direction", "cosine", x=0.4))
+            ),
             Term("floor_friction", 0.4, (Factor("off_path", "gaussian", 1.0, 0.02),)),
             Term("across_sliding", 0.6, (Factor("way_since", "sine", 1.0, 0.005),)),
             Term("spin", 90.0, (Factor("sliding_from_blow", "cosine", x=0.3),)),
@@ -152,7 +155,9 @@ def test_a_floor_that_turns_takes_what_lies_on_it_along():
     turning = Host(radius_m=0.05, motion="driven", drive=(Harmonic("rotation", 3.0, 0.5, 0.0),))
     law = WrittenLaw((Term("spin", 1.0, (Factor("way"),)),))
     rate = 3.0 * 2 * math.pi * 0.5
-    still = simulate(replace(FREE, host=turning, laws=(law,), initial_nes=(0.03, 0.0, 0.0, 0.0, 0.0, 0.0), duration_s=0.1))
+    still = simulate(
+        replace(FREE, host=turning, laws=(law,), initial_nes=(0.03, 0.0, 0.0, 0.0, 0.0, 0.0), duration_s=0.1)
+    )
     slid_m = 0.03 * 3.0 * np.sin(2 * math.pi * 0.5 * still.time_s)
     gained = np.concatenate([[0.0], np.cumsum(0.5 * (slid_m[1:] + slid_m[:-1]) * np.diff(still.time_s))])
     np.testing.assert_allclose(still.motion["nes_spin_rad_per_s"], gained, rtol=1e-3, atol=1e-9)

@@ -1,5 +1,5 @@
-"""Forms that remember the disk's way, go in waves along it or push it aside: what a cause written from physics, added to
-the flights of a series without one, comes out as; and the way itself, measured from frames."""
+"""Forms that remember the disk's way, go in waves along it or push it aside: what a cause written from physics, added
+to the flights of a series without one, comes out as; and the way itself, measured from frames."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from analysis.flights.cutting.way_slid import way_slid
 from analysis.gap.laws.choice.listed import Listed
 from analysis.gap.laws.choice.search import shortlist_of
 from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.flights.way import way_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
-from analysis.gap.laws.dictionary.way import way_candidates
 from analysis.gap.laws.flight_rows import _columns, flight_regression
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core.laws import words as W

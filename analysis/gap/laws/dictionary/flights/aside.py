@@ -1,5 +1,5 @@
-"""What pushes the disk aside, or turns it, by how it slides and spins: a cloth's nap, a curling stone, a disk that stands
-on the edge that a blow has tipped it onto.
+"""What pushes the disk aside, or turns it, by how it slides and spins: a cloth's nap, a curling stone, a disk that
+stands on the edge that a blow has tipped it onto.
 
 How much of the motion against the floor is the rim's goes by one angle: its sine is the rim's share of the speed, twice
 it that of a contact which slides and spins at once (none where either is alone)."""
@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.flights.memory import ASIDE, TORQUE
 from analysis.gap.laws.dictionary.modulated import DRAG, FEW, FRICTION, TIMES, Carrier, Modulator, fixed, with_scale
 from analysis.gap.laws.dictionary.parts import RigScales
-from analysis.gap.laws.dictionary.way.memory import ASIDE, TORQUE
 from ovines.core.laws.terms import Factor
 
 _RIM, _BOTH = Factor("rim_angle", "sine"), Factor("rim_angle", "sine", 2.0)

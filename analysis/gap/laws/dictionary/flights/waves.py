@@ -8,15 +8,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.flights.memory import ASIDE, TORQUE
 from analysis.gap.laws.dictionary.modulated import FEW, FRICTION, Carrier, Modulator, Products
 from analysis.gap.laws.dictionary.parts import RigScales
-from analysis.gap.laws.dictionary.way.memory import ASIDE, TORQUE
 from ovines.core.laws.terms import Factor, Term
 
 # Phase (rad) by which neighbours differ from one end of the way to the other, and a search's first step of it.
 APART, STEP = 3.2, 0.6
-# A search's first step of the logarithm of a length in which waves fade.
-FADE_STEP = 0.7
+# A search's first step of the logarithm of a length in which waves fade, and how many times its start is for ever.
+FADE_STEP, UNFADED = 0.7, 20.0
 # Way of a flight, over the contact radius; waves from one end to the other, of that and of the radius.
 FLIGHT, MOST_IN_FLIGHT, LEAST_ALONG_RADIUS, MOST_ALONG_RADIUS = 2.0, 12, 2, 8
 # The slowest of a run are what sways with the time.
@@ -58,6 +58,8 @@ def _fading(one: Modulator, quantity: str, length: float) -> Modulator:
     between two blows tells the most of such waves, and nothing but the right one of those that do not fade."""
 
     def make(scale: float, fades: float) -> Products:
+        if fades > UNFADED * length:
+            return one.make(scale)
         return tuple((*factors, Factor(quantity, "exponential", 1.0, fades)) for factors in one.make(scale))
 
     starts = tuple(((*numbers, length), (*steps, FADE_STEP)) for numbers, steps in one.starts)
@@ -71,8 +73,6 @@ def _waves(quantity: str, length: float, first: int, last: int, *factors: Factor
         return tuple((*factors, wave) for wave in waves(quantity, 1.0, scale))
 
     word = {"host_acceleration": "Host's acceleration"}
-    beside = "".join(
-        f" and {'the square of ' if one.order == 2.0 else ''}the {word[one.quantity]}" for one in factors
-    )
+    beside = "".join(f" and {'the square of ' if one.order == 2.0 else ''}the {word[one.quantity]}" for one in factors)
     starts = tuple(((length / (APART * n),), (STEP / (APART * n),)) for n in range(first, last + 1))
     return Modulator(f"in waves of the {quantity.replace('_', ' ')}{beside}", make, starts, (True,))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.dictionary.flights.aside import aside_candidates
+from analysis.gap.laws.dictionary.flights.memory import memory_candidates
+from analysis.gap.laws.dictionary.flights.waves import wave_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
-from analysis.gap.laws.dictionary.way.aside import aside_candidates
-from analysis.gap.laws.dictionary.way.memory import memory_candidates
-from analysis.gap.laws.dictionary.way.waves import wave_candidates
 
 
 def way_candidates(scales: RigScales) -> list[Candidate]:

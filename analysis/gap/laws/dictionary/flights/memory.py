@@ -80,7 +80,9 @@ def _ways(scales: RigScales) -> Iterator[tuple[Carrier, Modulator]]:
         return ((Factor("way_lately", y=fades_s),),)
 
     far = fixed("with the way slid", (Factor("way"),))
-    worn = with_scale("that wears off as the disk slides", ("way", "exponential", 1.0), [f * scales.way_m for f in FADES])
+    worn = with_scale(
+        "that wears off as the disk slides", ("way", "exponential", 1.0), [f * scales.way_m for f in FADES]
+    )
     heat = Modulator(
         "with the way slid lately", lately, tuple(((s * scales.flight_s,), (SCALE_STEP,)) for s in COOLS), (True,)
     )
@@ -91,12 +93,18 @@ def _ways(scales: RigScales) -> Iterator[tuple[Carrier, Modulator]]:
     for carrier in (FRICTION, ROOM, TORQUE, _PULL, ASIDE):
         yield carrier, fixed("with the angle turned", (turned,))
         yield carrier, fixed("with the angle turned, either way", (either,))
-    yield TORQUE, with_scale(
-        "that the turning winds up to an end", ("turned", "tanh", 1.0), [f * scales.turned_rad for f in FADES]
+    yield (
+        TORQUE,
+        with_scale(
+            "that the turning winds up to an end", ("turned", "tanh", 1.0), [f * scales.turned_rad for f in FADES]
+        ),
     )
     for carrier in (FRICTION, DRAG, _FLOOR_TORQUE):
-        yield carrier, with_scale(
-            "on the path of the flight before", ("off_path", "gaussian", 1.0), [s * scales.radius_m for s in PATHS]
+        yield (
+            carrier,
+            with_scale(
+                "on the path of the flight before", ("off_path", "gaussian", 1.0), [s * scales.radius_m for s in PATHS]
+            ),
         )
     # What the disk has pushed aside lies beside its path: it holds more on the one side or the other of it.
     yield FRICTION, fixed("with the side of the path of the flight before", (Factor("off_path"),))

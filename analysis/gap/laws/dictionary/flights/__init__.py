@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.dictionary.flights.way import way_candidates
 from analysis.gap.laws.dictionary.forces import force_candidates, torque_candidates
 from analysis.gap.laws.dictionary.friction import friction_candidates
 from analysis.gap.laws.dictionary.modulated import modulated
@@ -10,7 +11,6 @@ from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.places import place_candidates
 from analysis.gap.laws.dictionary.ring import ring_candidates
 from analysis.gap.laws.dictionary.uneven import uneven_candidates
-from analysis.gap.laws.dictionary.way import way_candidates
 
 
 def flight_candidates(scales: RigScales) -> list[Candidate]:
