@@ -77,7 +77,7 @@ def known_states(fits: FlightFits, k: int, times: Array) -> tuple[Array, Array]:
     p = with_contacts_before(p, fits.run, fits.flights, k)
     without, known, damping = p.copy(), np.zeros((len(times), W.KNOWN_SIZE)), np.zeros((len(times), 3, 3))
     without[P.FRICTION] = 0.0
-    _fill(times, states, p, without, fits.run.flight_rig, known, damping)
+    _fill(times, states, p, without, fits.run.flight_rig._replace(way=fits.run.way), known, damping)
     return known, damping
 
 

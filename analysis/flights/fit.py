@@ -9,7 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.cutting.impact_before import blows_before, contact_before, impact_before, number_of_blows
+from analysis.flights.cutting.impact_before import (
+    blows_before,
+    contact_before,
+    contact_before_last,
+    impact_before,
+    number_of_blows,
+    way_before,
+)
 from analysis.flights.cutting.pieces import Flight, seen_frames
 from analysis.flights.cutting.run_data import LENS_POWERS, LENS_TERMS, NO_ANGLE_SD_RAD, RunData
 from analysis.flights.equation.model import STATES
@@ -21,6 +28,9 @@ from analysis.flights.equation.parameters import (
     FRICTION,
     IMPACT_BEFORE_S,
     PARAMETERS,
+    TWO_BEFORE_X,
+    TWO_BEFORE_Y,
+    WAY_BEFORE,
 )
 from analysis.flights.force_path import ForcePath
 from analysis.flights.noise import PLAIN, FlightNoise, StandardResiduals
@@ -101,6 +111,8 @@ def with_contacts_before(parameters: Array, run: RunData, flights: Sequence[Flig
     blows = blows_before(run, flights, k)
     own[BLOW_TIMES : BLOW_TIMES + blows.size] = blows.ravel()
     own[BLOWS] = number_of_blows(flights, k)
+    own[WAY_BEFORE] = way_before(run, flights, k)
+    own[TWO_BEFORE_X], own[TWO_BEFORE_Y] = contact_before_last(run, flights, k)[:2]
     return own
 
 

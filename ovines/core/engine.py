@@ -19,7 +19,7 @@ from ovines.core.integration.suspension import suspension_work
 from ovines.core.system import parameters as P
 from ovines.core.system.impact import effective_restitution
 from ovines.core.system.kinematics import place
-from ovines.core.system.known import forget_contacts, remember_contact
+from ovines.core.system.known import begin_way, forget_contacts, remember_contact, remember_way
 from ovines.core.system.packed import Samples, System
 
 
@@ -98,6 +98,9 @@ def fly_integrated(
         for j in range(n):
             y[j] = trial[j]
         t = t + s if s < end - t else end
+        if p[P.MEMORY_M] > 0.0:
+            place(t, y, system, work[P.SCRATCH], work[P.PLACE])
+            remember_way(t, work[P.PLACE], p)
         if wall >= 0:
             return t, wall
         if s == asked:  # the slopes at the step's end are those of this state
@@ -152,8 +155,9 @@ def run(
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
     forget_contacts(y[4], p)
+    place(0.0, y, system, work[P.SCRATCH], work[P.PLACE])
+    begin_way(0.0, work[P.PLACE], p)
     if p[P.BEGINS_WITH] >= 0.0:
-        place(0.0, y, system, work[P.SCRATCH], work[P.PLACE])
         remember_contact(0.0, work[P.PLACE], y, (p[P.BEGINS_WITH], 0.0), False, p)
     n_impacts, n_contacts, in_contact = 0, 0, 0.0
     mode, wall = P.FLIGHT, -1

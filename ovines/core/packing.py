@@ -19,6 +19,8 @@ from ovines.core.system.model import Harmonic, MeasuredMotion, Scenario
 from ovines.core.system.packed import AXES, Packed
 from ovines.core.system.walls import contact_frame
 
+# Longest step of a disk that remembers its way, over the time in which it would fall by half of the contact radius.
+STRAIGHT_STEP = 0.01
 KINDS = {"fixed": P.FIXED, "free": P.FREE, "driven": P.DRIVEN, "sprung": P.SPRUNG}
 
 
@@ -163,6 +165,8 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
         rates.append(math.sqrt(p[P.STIFFNESS_R] * p[P.INVERSE_HOST_INERTIA]))
     fastest = max([rate for rate in rates if rate > 0.0], default=0.0)
     p[P.MAX_STEP] = 0.5 * math.pi / fastest if fastest > 0.0 else p[P.DURATION]
+    if p[P.MEMORY_M] > 0.0:  # a step's way counts as straight
+        p[P.MAX_STEP] = min(p[P.MAX_STEP], STRAIGHT_STEP * p[P.MEMORY_S])
     lobes = p[P.LOBE_TABLE :].reshape(-1, 3)
     # lobes of order n bend the wall (n/2)^2 times as much as an ellipse of their size
     p[P.WALL_SHAPE] = abs(p[P.ELLIPTICITY]) + 0.25 * float(np.sum(lobes[:, 1] ** 2 * np.abs(lobes[:, 0])))

@@ -94,6 +94,7 @@ def law_page() -> str:
         "room_line": "offset (m), direction (rad)",
         "turning": "zero (rad), rate (rad/s)",
         "fading": "fading time (s) in `y`",
+        "trailing": "fading length (m) in `y`",
         "swinging": "rate (rad/s) in `x`, fading time (s) in `y`",
         "spreading": "fading time (s; 0: never) in `x`, width (rad) in `y`",
         "camera": "number of the camera, from 0",

@@ -54,6 +54,22 @@ def contact_before(run: RunData, flights: Sequence[Flight], k: int) -> Contact:
     return run.contacts[asked]
 
 
+def contact_before_last(run: RunData, flights: Sequence[Flight], k: int) -> Contact:
+    """The contact with which the flight before flight ``k`` began, which that with which ``k`` began ended; zeros
+    without both."""
+    k = first_piece(flights, k)
+    return contact_before(run, flights, k - 1) if k > 0 and flights[k - 1].joined else NO_CONTACT
+
+
+def way_before(run: RunData, flights: Sequence[Flight], k: int) -> float:
+    """Way slid (m) in the run at the impact with which flight ``k`` began; 0 for its first flight, -1 where another
+    began without one."""
+    k = first_piece(flights, k)
+    if k == 0:
+        return 0.0
+    return float(np.interp(impact_before(run, flights, k), *run.way[:, :2].T)) if flights[k - 1].joined else -1.0
+
+
 def blows_before(run: RunData, flights: Sequence[Flight], k: int) -> Array:
     """Times (s), normal speeds (m/s), directions (rad) in the room and seen from the disk, and tangential speeds (m/s)
     of the impacts before flight ``k`` (5, MOST_BLOWS), the latest first, of those with a flight on either side; zeros

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.cutting.flight_rig import NO_LAW, FlightRig
+from analysis.flights.cutting.flight_rig import NO_LAW, NO_WAY, FlightRig
+from analysis.flights.cutting.way_slid import way_slid
 from analysis.motion.host_path import HostMotion
 from analysis.motion.rig_frame import own_units
 from analysis.walls.wall import Wall
-from ovines.core.laws.terms import asks_for_contacts
+from ovines.core.laws.terms import asks_for_contacts, asks_for_way
 
 Array = NDArray[np.float64]
 
@@ -112,7 +113,12 @@ class RunData:
     @cached_property
     def remembers(self) -> bool:
         """Whether the law that the run holds asks for contacts before a flight."""
-        return asks_for_contacts(self.law)
+        return asks_for_contacts(self.law) or asks_for_way(self.law)
+
+    @cached_property
+    def way(self) -> Array:
+        """Time (s) of each frame and what the disk remembers then of its way over the floor (N, 1 + MEMORY_SIZE)."""
+        return way_slid(self.time_s, self.xy_m, self.host_at_frames, self.contact_radius_m)
 
     @cached_property
     def contacts(self) -> dict[tuple[int, ...], Contact]:
@@ -136,6 +142,7 @@ class RunData:
             float(self.number),
             *self.middle_m,
             self.start_rad,
+            self.way if asks_for_way(self.law) else NO_WAY,
         )
 
 

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled, inlined, making_arrays
 from analysis.flights.cutting.flight_rig import FlightRig
+from analysis.flights.cutting.way_slid import remembered
 from analysis.flights.equation import parameters as P
 from analysis.motion.host_table import HostState, host_acceleration_at, host_at
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push
+from ovines.core.laws.memory import memory_units
 from ovines.core.system.friction import farkas
 
 Array = NDArray[np.float64]
@@ -136,6 +138,10 @@ def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None
         known[W.BLOW_WAYS + i], known[W.BLOW_SIDES + i] = p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i]
         known[W.BLOW_SLIPS + i] = p[P.BLOW_SLIPS + i]
     known[W.BLOWS] = p[P.BLOWS]
+    known[W.DISK_RADIUS] = rig.radius_m
+    remembered(t, rig.way, known, W.WAY)
+    known[W.WAY_BEFORE], known[W.BEFORE_X], known[W.BEFORE_Y] = p[P.WAY_BEFORE], p[P.TWO_BEFORE_X], p[P.TWO_BEFORE_Y]
+    known[W.MEMORY_M], known[W.MEMORY_S] = memory_units(rig.contact_radius_m)
     known[W.HOST_AX], known[W.HOST_AY] = host_acceleration_at(t, rig.host)
     known[W.APPROACH], known[W.SLIP], known[W.FX], known[W.FY], known[W.FT] = 0.0, 0.0, 0.0, 0.0, 0.0
 

@@ -23,6 +23,9 @@ GIVEN: dict[str, tuple[str, str]] = {
     **{f"blow_{i + 1}_side_rad": ("rad", "the same seen from the disk") for i in range(words.MOST_BLOWS)},
     **{f"blow_{i + 1}_slip": ("m/s", "tangential speed before that impact") for i in range(words.MOST_BLOWS)},
     "blows": ("1", "number of impacts of the run before"),
+    "way_before": ("m", "way slid over the floor from the run's start to the contact before"),
+    "two_before_x": ("m", "place of the disk at the contact before that, from the Host's centre"),
+    "two_before_y": ("m", "the same along y"),
 }
 #: name -> (unit, what it adds to the acceleration); the order is that of the parameter vector
 PARAMETERS: dict[str, tuple[str, str]] = {
@@ -124,3 +127,4 @@ CONTACT_BEFORE = [CONTACT_BEFORE_X, CONTACT_BEFORE_Y, APPROACH_BEFORE, ANGLE_BEF
 BLOW_TIMES, BLOW_SPEEDS, BLOW_WAYS = INDEX["blow_1_s"], INDEX["blow_1"], INDEX["blow_1_rad"]
 BLOW_SIDES, BLOW_SLIPS = INDEX["blow_1_side_rad"], INDEX["blow_1_slip"]
 BLOWS = INDEX["blows"]
+WAY_BEFORE, TWO_BEFORE_X, TWO_BEFORE_Y = INDEX["way_before"], INDEX["two_before_x"], INDEX["two_before_y"]

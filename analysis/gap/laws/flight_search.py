@@ -30,7 +30,10 @@ from analysis.gap.selection.flights.model import run_places, value_of
 Array = NDArray[np.float64]
 FEWEST_FLIGHTS = 3
 # Targets and quantities of the disk's own angle.
-OF_ANGLE = ("spin", "along_body", "floor_lever", "floor_torque", "angle", "body_angle", "heading", "sliding_heading")
+OF_ANGLE = (
+    *("spin", "along_body", "floor_lever", "floor_torque", "angle", "body_angle", "heading", "sliding_heading"),
+    *("turned", "rim_angle"),
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from ovines.core.integration.stepper import next_size, step
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import NEED, PUSH, SLIP, derivatives, push
 from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal_here, place
+from ovines.core.system.known import remember_way
 from ovines.core.system.packed import Contact, Samples, System
 
 GOES_ON, RELEASED, STICKS, SLIPS, HITS = range(5)
@@ -144,6 +145,9 @@ def follow_wall(
         for j in range(n):
             y[j] = trial[j]
         t += s
+        if p[P.MEMORY_M] > 0.0:
+            place(t, y, system, work[P.SCRATCH], work[P.PLACE])
+            remember_way(t, work[P.PLACE], p)
         if event == STICKS:
             mode, side = turn_over(t, y, wall, side, system, work)
         elif event == SLIPS:

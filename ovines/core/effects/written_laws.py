@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ovines.core.effects.effect import with_floats, with_lobe
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
-from ovines.core.laws.terms import Term, WrittenLaw, rows_of
+from ovines.core.laws.memory import memory_units
+from ovines.core.laws.terms import Term, WrittenLaw, asks_for_way, rows_of
 from ovines.core.refusal import require
 from ovines.core.system import parameters as P
 from ovines.core.system.packed import Packed
@@ -37,7 +38,16 @@ def with_laws(packed: Packed, laws: Sequence[WrittenLaw]) -> Packed:
     if any(factor.quantity in DRIVE_QUANTITIES for term in terms for factor in term.factors):
         packed = _with_drive(packed)
     others = [term for term in terms if term.target != "contact_radius"]
-    return replace(packed, law=rows_of(others)) if others else packed
+    if not others:
+        return packed
+    rows = rows_of(others)
+    return replace(_with_way(packed) if asks_for_way(rows) else packed, law=rows)
+
+
+def _with_way(packed: Packed) -> Packed:
+    """The disk remembers its way over the floor, by the contact radius (of a polygon, by its farthest corner)."""
+    length_m, time_s = memory_units(packed.p[P.CONTACT_RADIUS] or packed.p[P.LENGTH])
+    return with_floats(packed, {P.MEMORY_M: length_m, P.MEMORY_S: time_s})
 
 
 def _with_radius(packed: Packed, term: Term) -> Packed:

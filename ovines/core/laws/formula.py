@@ -132,6 +132,8 @@ def _text_quantity(one: Factor, term: Term) -> str:
         name = f"{name}({one.x:.3g} rad)"
     elif own == "fading":
         name = f"{name}(within {one.y:.4g} s)"
+    elif own == "trailing":
+        name = f"{name}(within {1e3 * one.y:.4g} mm)"
     elif own == "swinging":
         name = f"{name}(" + (f"at {one.x:.4g} rad/s, " if one.x else "") + f"within {one.y:.4g} s)"
     elif own == "spreading":
@@ -299,6 +301,8 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 own = f" of {one.y:.3g} rad"
             elif quantity.own == "fading":
                 own = f", within {one.y:.3g} s"
+            elif quantity.own == "trailing":
+                own = f", within {1e3 * one.y:.3g} mm"
             elif quantity.own == "swinging":
                 own = (f", at {one.x:.3g} rad/s and" if one.x else ",") + f" within {one.y:.3g} s"
             elif quantity.own == "spreading":

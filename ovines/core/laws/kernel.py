@@ -16,12 +16,16 @@ from ovines.core.laws.quantities import (
     Q_LAST_LEFT,
     Q_LAST_SLIP,
     Q_LAST_SPUN,
+    Q_OFF_PATH,
     Q_RIM_TURN,
     Q_SINCE_BY_BLOW,
+    Q_SLIDING_FROM_BLOW,
+    Q_WAY_SINCE,
     SHORT,
     circular,
     quantity,
     remembers,
+    remembers_two,
 )
 
 Numbers = NDArray[np.int64]
@@ -80,12 +84,20 @@ def shared_terms(rows: Floats) -> SharedTerms:
 
 
 @compiled
+def unknown(code: int, known: Floats) -> bool:
+    """Whether a quantity goes with a contact before that nobody saw."""
+    last = Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or Q_RIM_TURN <= code <= Q_LAST_SLIP or code == Q_SINCE_BY_BLOW
+    last = last or Q_LAST_SPUN <= code <= Q_LAST_LEFT or Q_SLIDING_FROM_BLOW <= code <= Q_OFF_PATH
+    if last and not remembers(known):
+        return True
+    return (code == Q_OFF_PATH and not remembers_two(known)) or (code == Q_WAY_SINCE and known[W.WAY_BEFORE] < 0.0)
+
+
+@compiled
 def factor(row: Floats, at: int, known: Floats) -> float:
     """Value of the factor whose numbers start at ``at``."""
     code = int(row[at + W.QUANTITY])
-    last = Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or Q_RIM_TURN <= code <= Q_LAST_SLIP or code == Q_SINCE_BY_BLOW
-    last = last or Q_LAST_SPUN <= code <= Q_LAST_LEFT
-    if last and not remembers(known):
+    if unknown(code, known):
         return 0.0
     q = quantity(code, row[at + W.QUANTITY_X], row[at + W.QUANTITY_Y], known)
     function, order, scale = int(row[at + W.FUNCTION]), row[at + W.ORDER], row[at + W.SCALE]

@@ -6,6 +6,7 @@ import math
 
 from ovines.core.compiled import Floats, compiled
 from ovines.core.laws import words as W
+from ovines.core.laws.memory import trail, way_lately
 
 # As `words` numbers them; a test holds them together.
 (
@@ -17,8 +18,9 @@ from ovines.core.laws import words as W
     Q_NUMBER_OF_BLOWS, Q_SWING, Q_SWING_RATE, Q_OVALLING, Q_PLACE_ALONG_SLIDING, Q_AT_CYLINDER, Q_AIRSPEED,
     Q_HOST_PLACE, Q_ALONG_ROOM, Q_ACCELERATION_AROUND, Q_BREATHING, Q_BREATHING_RATE, Q_BLOWS_HERE, Q_RIM_BLOWS_HERE,
     Q_LAST_SPUN, Q_STRUCK_RIM, Q_TURNED_SINCE, Q_LAST_LEFT, Q_OVALLING_RATE, Q_TWIST, Q_TWIST_RATE, Q_RECENT_RUBBING,
-    Q_TURNED, Q_NES_PLACE,
-) = range(67)  # fmt: skip
+    Q_TURNED, Q_NES_PLACE, Q_SLIDING_FROM_BLOW, Q_OFF_PATH, Q_WAY_SINCE, Q_WAY, Q_TRAIL_ALONG, Q_TRAIL_ACROSS,
+    Q_WAY_LATELY, Q_RIM_ANGLE,
+) = range(75)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 # What has faded for so many of its times is forgotten: a ten millionth is left.
@@ -191,10 +193,46 @@ def of_turns_or_blows(code: int, x: float, y: float, known: Floats) -> float:
 
 
 @compiled
+def off_path(known: Floats) -> float:
+    """Distance (m) from the line between the last two contacts, to the left of the way from one to the other."""
+    along_x, along_y = known[W.LAST_X] - known[W.BEFORE_X], known[W.LAST_Y] - known[W.BEFORE_Y]
+    length = math.hypot(along_x, along_y)
+    if length < SHORT:
+        return 0.0
+    return (along_x * (known[W.HY] - known[W.BEFORE_Y]) - along_y * (known[W.HX] - known[W.BEFORE_X])) / length
+
+
+@compiled
+def of_way(code: int, x: float, y: float, known: Floats) -> float:
+    """Value of a quantity that goes with the way over the floor, as it is or as it is remembered, or with how the rim
+    takes part in it."""
+    ux, uy = known[W.UX], known[W.UY]
+    if code == Q_PLACE_ALONG_SLIDING:
+        return (known[W.HX] - x) * ux + (known[W.HY] - y) * uy
+    if code == Q_WAY or code == Q_WAY_SINCE:
+        return known[W.WAY] - (known[W.WAY_BEFORE] if code == Q_WAY_SINCE else 0.0) - x
+    if code == Q_SLIDING_FROM_BLOW:
+        return math.atan2(uy, ux) - known[W.BLOW_WAYS] - x
+    if code == Q_OFF_PATH:
+        return off_path(known) - x
+    if code == Q_WAY_LATELY:
+        return way_lately(y, known) - x
+    speed = math.hypot(ux, uy)
+    if code == Q_RIM_ANGLE:
+        return math.atan2(known[W.DISK_RADIUS] * known[W.SPIN], speed) - x
+    if speed < SHORT:
+        return 0.0
+    mean_x, mean_y = trail(y, known)
+    if code == Q_TRAIL_ALONG:
+        return (mean_x * ux + mean_y * uy) / speed - x
+    return (mean_y * ux - mean_x * uy) / speed - x
+
+
+@compiled
 def quantity(code: int, x: float, y: float, known: Floats) -> float:
     """Value of a quantity; ``x``, ``y`` its own place, wind, or angle, or what it counts from in ``x``; of a line its
     angle, of what turns its rate, of what fades its time in ``y``; of what swings its rate and the time in which it
-    fades, of what spreads that time and its width."""
+    fades, of what spreads that time and its width; of a trail the length in which it fades in ``y``."""
     if code == Q_SPEED:
         return math.hypot(known[W.VX], known[W.VY]) - x
     if code == Q_SLIDING:
@@ -233,8 +271,8 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
     if Q_BLOWS <= code <= Q_OVALLING or Q_BREATHING <= code <= Q_RIM_BLOWS_HERE or Q_TURNED_SINCE <= code <= Q_TURNED:
         return of_turns_or_blows(code, x, y, known)
-    if code == Q_PLACE_ALONG_SLIDING:
-        return (known[W.HX] - x) * known[W.UX] + (known[W.HY] - y) * known[W.UY]
+    if code >= Q_SLIDING_FROM_BLOW or code == Q_PLACE_ALONG_SLIDING:
+        return of_way(code, x, y, known)
     if code >= Q_RADIAL and code != Q_AT_CYLINDER:
         return of_host_or_contact(code, known) - x
     return before_impact(code, known) - x
@@ -247,10 +285,17 @@ def remembers(known: Floats) -> bool:
 
 
 @compiled
+def remembers_two(known: Floats) -> bool:
+    """Whether the contact before the last is known, too."""
+    return remembers(known) and (known[W.BEFORE_X] != 0.0 or known[W.BEFORE_Y] != 0.0)
+
+
+@compiled
 def circular(code: int) -> bool:
     """Whether the quantity's ends meet."""
     return (
         code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
         or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION or code == Q_HEADING or code == Q_SLIDING_HEADING
-        or code == Q_TURNING or code == Q_RIM_TURN or code == Q_STRUCK_RIM
+        or code == Q_TURNING or code == Q_RIM_TURN or code == Q_STRUCK_RIM or code == Q_SLIDING_FROM_BLOW
+        or code == Q_RIM_ANGLE
     )  # fmt: skip

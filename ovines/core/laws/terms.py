@@ -41,9 +41,10 @@ class Factor:
     ``scale`` s has the quantity's unit (1 for angles); ``x``, ``y``: the place that a distance is taken from (m), the
     wind of an airspeed (m/s), the angle, instant or value that q counts from in ``x``, for ``along_host`` the line's
     direction in ``y`` (rad), for ``turning_azimuth`` the rate in ``y`` (rad/s), for ``recent_blows`` and
-    ``recent_rubbing`` the time in which one fades in ``y`` (s), for ``swing``, ``ovalling``, ``breathing``, ``twist``
-    and what is called after them with ``_rate`` the rate in ``x`` (rad/s; 0: it does not swing back) and the time in
-    which it fades in ``y`` (s), for ``blows_here`` and ``rim_blows_here`` that
+    ``recent_rubbing`` the time in which one fades in ``y`` (s), for ``way_lately`` that in which what was fades in
+    ``y`` (s), for ``trail_along`` and ``trail_across`` the length in which it does in ``y`` (m), for ``swing``,
+    ``ovalling``, ``breathing``, ``twist`` and what is called after them with ``_rate`` the rate in ``x`` (rad/s; 0: it
+    does not swing back) and the time in which it fades in ``y`` (s), for ``blows_here`` and ``rim_blows_here`` that
     time in ``x`` (s; 0: never) and the width in ``y`` (rad)."""
 
     quantity: str
@@ -66,7 +67,7 @@ class Factor:
             whole = self.order >= 1.0 and float(self.order).is_integer()
             fine = fine and ((whole and self.scale == 1.0) if around else self.order == 1.0)
         own = QUANTITIES[self.quantity].own
-        fine = fine and (own not in ("fading", "swinging", "spreading") or self.y > 0)
+        fine = fine and (own not in ("fading", "swinging", "spreading", "trailing") or self.y > 0)
         fine = fine and (own not in ("swinging", "spreading") or self.x >= 0)
         require(fine, f"{self.quantity} with {numbers}", "finite numbers, a scale above 0", "correct the factor")
 
@@ -146,6 +147,8 @@ class WrittenLaw:
                     expected = "time: what a whole run does is not known in it"
                 if factor.quantity == "spin_left":
                     known, expected = term.target in ("spin_kept", "spin_added"), "what is known before the impulse"
+                if self.stage != "flight" and factor.quantity in W.OF_FLIGHTS_ONLY:
+                    known, expected = False, "what is known of an impact"
                 require(known, f"{factor.quantity} in a law of the {self.stage}", expected, "take another quantity")
 
     @property
@@ -196,10 +199,20 @@ def rows_of(terms: Sequence[Term]) -> Floats:
 
 def asks_for_contacts(rows: Floats) -> bool:
     """Whether any of packed ``rows`` (T, ROW_SIZE) asks for contacts before."""
-    codes = [QUANTITIES[name].code for name in (*W.OF_LAST_CONTACT, *W.OF_BLOWS)]
+    of_contacts = _follow(rows, (*W.OF_LAST_CONTACT, *W.OF_BLOWS))
+    return of_contacts or bool(np.any(rows[:, W.TARGET] == TARGETS["from_last_contact"].code))
+
+
+def _follow(rows: Floats, names: Sequence[str]) -> bool:
+    """Whether any factor of packed ``rows`` (T, ROW_SIZE) follows one of the quantities ``names``."""
+    codes = [QUANTITIES[name].code for name in names]
     asked = [rows[:, W.FIRST + W.FACTOR_SIZE * i + W.QUANTITY] for i in range(W.MOST_FACTORS)]
-    follows = [np.isin(code, codes) & (rows[:, W.FACTORS] > i) for i, code in enumerate(asked)]
-    return bool(np.any(follows) or np.any(rows[:, W.TARGET] == TARGETS["from_last_contact"].code))
+    return bool(np.any([np.isin(code, codes) & (rows[:, W.FACTORS] > i) for i, code in enumerate(asked)]))
+
+
+def asks_for_way(rows: Floats) -> bool:
+    """Whether any of packed ``rows`` (T, ROW_SIZE) asks for the way over the floor."""
+    return _follow(rows, W.OF_WAY)
 
 
 def powers_of(unit: str, times: float = 1.0) -> dict[str, float]:
@@ -275,6 +288,8 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
             return x * units["s"], y / units["s"]
         if own == "spreading":
             return x / units["s"], y
+        if own == "trailing":
+            return x, y / units["m"]
         return x / size(powers_of(unit)), y / units["s"] if own == "fading" else y
 
     factors = []

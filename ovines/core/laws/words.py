@@ -49,7 +49,19 @@ LAST_SPUN = AT_CYLINDER + 1
 BLOW_SLIPS = LAST_SPUN + 1
 START_ANGLE = BLOW_SLIPS + MOST_BLOWS
 LAST_LEFT = START_ANGLE + 1
-KNOWN_SIZE = LAST_LEFT + 1
+#: radius of the disk (m), and what it remembers of its way over the floor: from WAY on the way slid since the run's
+#: start (m), the mean direction of the way just slid, x and y, as it fades with the way within each of TRAILS lengths,
+#: and the way just slid (m) as it fades with the time within each of LATELIES times; then the way slid at the contact
+#: before (0 before the first; less than 0 where it is not known), the disk's place at the contact before that (m; 0, 0
+#: where none is known), and the length (m) and the time (s) in which those lengths and times are counted
+TRAILS, LATELIES = 7, 8
+DISK_RADIUS = LAST_LEFT + 1
+WAY = DISK_RADIUS + 1
+MEMORY_SIZE = 1 + 2 * TRAILS + LATELIES
+WAY_BEFORE = WAY + MEMORY_SIZE
+BEFORE_X, BEFORE_Y = WAY_BEFORE + 1, WAY_BEFORE + 2
+MEMORY_M, MEMORY_S = BEFORE_Y + 1, BEFORE_Y + 2
+KNOWN_SIZE = MEMORY_S + 1
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -347,6 +359,56 @@ QUANTITIES: dict[str, Quantity] = {
                 "place of the NES in the room, from the middle of the Host's path in the run, along a direction; of "
                 "measurements only",
             ),
+            (
+                "sliding_from_blow",
+                "rad",
+                r"\delta_c",
+                True,
+                "",
+                "direction of the velocity against the floor, from that in which the impact before pushed the Host",
+            ),
+            (
+                "off_path",
+                "m",
+                r"d_\perp",
+                False,
+                "",
+                "distance from the line between the two contacts before, to the left of the flight between them",
+            ),
+            ("way_since", "m", "s_i", False, "", "way slid over the floor since the impact before, or the run's start"),
+            ("way", "m", "s_f", False, "", "way slid over the floor since the run's start"),
+            (
+                "trail_along",
+                "1",
+                r"\bar e_\parallel",
+                False,
+                "trailing",
+                "mean direction of the way just slid, as it fades with the way: its part along the way now",
+            ),
+            (
+                "trail_across",
+                "1",
+                r"\bar e_\perp",
+                False,
+                "trailing",
+                "mean direction of the way just slid, as it fades with the way: its part to the left of the way now",
+            ),
+            (
+                "way_lately",
+                "m",
+                r"\bar s",
+                False,
+                "fading",
+                "way slid over the floor, added up as it fades with the time since",
+            ),
+            (
+                "rim_angle",
+                "rad",
+                r"\alpha",
+                True,
+                "",
+                "angle whose tangent is the speed of the rim by its spin over the speed against the floor",
+            ),
         )
     )
 }
@@ -382,12 +444,12 @@ ALONG = (
 #: angles between things, which no turn of the world changes
 BETWEEN_THINGS = (
     *("phase", "clock", "body_angle", "contact_turn", "heading", "sliding_heading", "rim_turn"),
-    "struck_rim",
+    *("struck_rim", "sliding_from_blow", "rim_angle"),
 )
 #: what knows the contact before: nil without one
 OF_LAST_CONTACT = (
     *("from_contact", "contact_turn", "last_approach", "since_by_blow", "rim_turn", "last_slip"),
-    *("last_spun", "struck_rim", "turned_since", "last_left"),
+    *("last_spun", "struck_rim", "turned_since", "last_left", "sliding_from_blow", "off_path"),
 )
 #: what adds up the impacts before: without one, nothing
 OF_BLOWS = (
@@ -395,6 +457,9 @@ OF_BLOWS = (
     *("breathing", "breathing_rate", "blows_here", "rim_blows_here"),
     *("ovalling_rate", "twist", "twist_rate", "recent_rubbing"),
 )
+#: what remembers the way over the floor, and what only laws of the flights may follow
+OF_WAY = ("way_since", "off_path", "way", "trail_along", "trail_across", "way_lately")
+OF_FLIGHTS_ONLY = (*OF_WAY, "sliding_from_blow", "rim_angle")
 #: what a law of the measurement may follow: what is known of a frame whatever it shows
 OF_FRAMES = (
     *("time", "share", "run", "phase", "clock"),

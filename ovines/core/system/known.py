@@ -8,6 +8,7 @@ import numpy as np
 
 from ovines.core.compiled import Floats, Ints, compiled, making_arrays
 from ovines.core.laws import words as W
+from ovines.core.laws.memory import slid_on
 from ovines.core.system import parameters as P
 
 
@@ -36,16 +37,57 @@ def known_of(t: float, y: Floats, at: Floats, scratch: Floats, p: Floats, k: Int
         known[W.BLOW_WAYS + i], known[W.BLOW_SIDES + i] = p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i]
         known[W.BLOW_SLIPS + i] = p[P.BLOW_SLIPS + i]
     known[W.BLOWS], known[W.START_ANGLE], known[W.LAST_LEFT] = p[P.BLOWS], p[P.START_ANGLE], p[P.LAST_LEFT]
+    known[W.DISK_RADIUS] = p[P.RADIUS]
+    if p[P.MEMORY_M] > 0.0:
+        slid_on(p, P.WAY, way_from(t, at, p), (p[P.MEMORY_M], p[P.MEMORY_S]), known, W.WAY)
+        known[W.WAY_BEFORE] = p[P.WAY_BEFORE]
+        known[W.BEFORE_X], known[W.BEFORE_Y] = p[P.BEFORE_X], p[P.BEFORE_Y]
+        known[W.MEMORY_M], known[W.MEMORY_S] = p[P.MEMORY_M], p[P.MEMORY_S]
     if k[P.HOST_KIND] == P.DRIVEN:
         known[W.HOST_AX], known[W.HOST_AY] = scratch[6], scratch[7]
     return known
 
 
 @compiled
+def way_from(t: float, at: Floats, p: Floats) -> tuple[float, float, float]:
+    """Straight way (m) over the floor, and time (s), from where the way was remembered last to the place ``at``; a
+    floor that turns takes what lies on it along."""
+    x, y = at[0] - at[4], at[1] - at[5]
+    turned = at[6] - p[P.WAY_HOST]
+    dx, dy = x - p[P.WAY_X], y - p[P.WAY_Y]
+    return (
+        dx + 0.5 * turned * (y + p[P.WAY_Y]),
+        dy - 0.5 * turned * (x + p[P.WAY_X]),
+        max(t - p[P.WAY_TIME], 0.0),
+    )
+
+
+@compiled
+def _stand_at(t: float, at: Floats, p: Floats) -> None:
+    p[P.WAY_TIME], p[P.WAY_X], p[P.WAY_Y], p[P.WAY_HOST] = t, at[0] - at[4], at[1] - at[5], at[6]
+
+
+@compiled
+def begin_way(t: float, at: Floats, p: Floats) -> None:
+    """A run begins in place ``at``: nothing has been slid."""
+    for i in range(W.MEMORY_SIZE):
+        p[P.WAY + i] = 0.0
+    p[P.WAY_BEFORE] = 0.0
+    _stand_at(t, at, p)
+
+
+@compiled
+def remember_way(t: float, at: Floats, p: Floats) -> None:
+    """Keep what the disk has slid up to the place ``at``, for what asks about its way."""
+    slid_on(p, P.WAY, way_from(t, at, p), (p[P.MEMORY_M], p[P.MEMORY_S]), p, P.WAY)
+    _stand_at(t, at, p)
+
+
+@compiled
 def forget_contacts(angle: float, p: Floats) -> None:
     """A run begins at an ``angle`` of the disk: no impact was before."""
     p[P.LAST_IMPACT], p[P.LAST_X], p[P.LAST_Y], p[P.BLOWS] = -math.inf, 0.0, 0.0, 0.0
-    p[P.START_ANGLE] = angle
+    p[P.START_ANGLE], p[P.BEFORE_X], p[P.BEFORE_Y] = angle, 0.0, 0.0
     for i in range(W.MOST_BLOWS):
         p[P.BLOW_SPEEDS + i] = 0.0
 
@@ -57,6 +99,7 @@ def remember_contact(t: float, at: Floats, y: Floats, speeds: tuple[float, float
 
     Numbers that a run writes into its parameters; all others stay."""
     p[P.LAST_IMPACT], p[P.LAST_APPROACH], p[P.LAST_SLIP] = t, speeds[0], speeds[1]
+    p[P.BEFORE_X], p[P.BEFORE_Y], p[P.WAY_BEFORE] = p[P.LAST_X], p[P.LAST_Y], p[P.WAY]
     p[P.LAST_X], p[P.LAST_Y], p[P.LAST_ANGLE] = at[0] - at[4], at[1] - at[5], y[4]
     p[P.LAST_LEFT] = math.hypot(y[2] - at[7], y[3] - at[8])
     for i in range(W.MOST_BLOWS - 1, 0, -1):

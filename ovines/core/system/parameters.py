@@ -4,7 +4,7 @@ The engine takes plain arrays, so that one compiled signature serves every scena
 array of rows.  Names here are the only way in; :mod:`ovines.core.packing` fills them.
 """
 
-from ovines.core.laws.words import MOST_BLOWS
+from ovines.core.laws.words import MEMORY_SIZE, MOST_BLOWS
 
 # float vector
 (
@@ -19,12 +19,17 @@ from ovines.core.laws.words import MOST_BLOWS
     LAST_ANGLE, LAST_SLIP, BLOWS, START_ANGLE, LAST_LEFT, BLOW_TIMES,
 ) = range(64)  # fmt: skip
 #: from BLOW_TIMES on times, normal speeds, directions, in the room and seen from the disk, and tangential speeds of the
-#: last impacts, as written laws know them; then the lobes
+#: last impacts, as written laws know them; then the way, and the lobes
 BLOW_SPEEDS = BLOW_TIMES + MOST_BLOWS
 BLOW_WAYS = BLOW_SPEEDS + MOST_BLOWS
 BLOW_SIDES = BLOW_WAYS + MOST_BLOWS
 BLOW_SLIPS = BLOW_SIDES + MOST_BLOWS
-LOBE_TABLE = BLOW_SLIPS + MOST_BLOWS
+#: length and time of the ladders of what the disk remembers of its way over the floor (0: no law asks), when and where
+#: it was remembered last (from the Host's centre) and the Host's angle then, from WAY on what is remembered, the way at
+#: the last contact and the disk's place at the contact before the last
+MEMORY_M = BLOW_SLIPS + MOST_BLOWS
+(MEMORY_S, WAY_TIME, WAY_X, WAY_Y, WAY_HOST, WAY) = range(MEMORY_M + 1, MEMORY_M + 7)
+(WAY_BEFORE, BEFORE_X, BEFORE_Y, LOBE_TABLE) = range(WAY + MEMORY_SIZE, WAY + MEMORY_SIZE + 4)
 #: from LOBE_TABLE on: amplitude (over the contact radius), order and direction (rad) of each of LOBES lobes
 MOST_LOBES = 40
 N_FLOATS = LOBE_TABLE + 3 * MOST_LOBES

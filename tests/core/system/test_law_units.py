@@ -10,11 +10,15 @@ from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push, size
+from ovines.core.laws.memory import LATELY
 from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 
 LENGTH_M, TIME_S = 2.7, 1.9
-PLACES = (W.X, W.Y, W.HX, W.HY, W.CONTACT_RADIUS, W.LAST_X, W.LAST_Y)
+PLACES = (
+    *(W.X, W.Y, W.HX, W.HY, W.CONTACT_RADIUS, W.LAST_X, W.LAST_Y, W.BEFORE_X, W.BEFORE_Y, W.DISK_RADIUS),
+    *(W.WAY, W.WAY_BEFORE, W.MEMORY_M, *(W.WAY + LATELY + i for i in range(W.LATELIES))),
+)
 BLOWS = range(W.MOST_BLOWS)
 SPEEDS = (
     *(W.VX, W.VY, W.UX, W.UY, W.APPROACH, W.SLIP, W.WALL_SPEED, W.PASSING, W.LAST_APPROACH, W.LAST_SLIP),
@@ -22,7 +26,7 @@ SPEEDS = (
     *(W.BLOW_SLIPS + i for i in BLOWS),
     W.LAST_LEFT,
 )
-TIMES = (W.TIME, W.SINCE, *(W.BLOW_TIMES + i for i in BLOWS))
+TIMES = (W.TIME, W.SINCE, W.MEMORY_S, *(W.BLOW_TIMES + i for i in BLOWS))
 
 
 def in_units(known):

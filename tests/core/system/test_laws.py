@@ -33,7 +33,8 @@ QUANTITY_CODES = (
     "FLOOR_ALONG SINCE_BY_BLOW HEADING SLIDING_HEADING TURNING RIM_TURN LAST_SLIP BLOWS "
     "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER AIRSPEED HOST_PLACE ALONG_ROOM "
     "ACCELERATION_AROUND BREATHING BREATHING_RATE BLOWS_HERE RIM_BLOWS_HERE LAST_SPUN STRUCK_RIM "
-    "TURNED_SINCE LAST_LEFT OVALLING_RATE TWIST TWIST_RATE RECENT_RUBBING TURNED NES_PLACE"
+    "TURNED_SINCE LAST_LEFT OVALLING_RATE TWIST TWIST_RATE RECENT_RUBBING TURNED NES_PLACE "
+    "SLIDING_FROM_BLOW OFF_PATH WAY_SINCE WAY TRAIL_ALONG TRAIL_ACROSS WAY_LATELY RIM_ANGLE"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -274,6 +275,7 @@ def test_what_asks_for_a_contact_that_nobody_saw_is_nil():
     known[W.ANGLE] = 0.05
     terms = [Term("restitution", 1.0, (Factor(name),)) for name in W.OF_LAST_CONTACT]
     pull = np.array(Term("from_last_contact", 1.0).row())
+    known[W.WAY], known[W.BEFORE_X] = 0.05, -0.01
     for place, nil in ((0.03, False), (0.0, True)):
         known[W.LAST_X] = known[W.LAST_Y] = place
         known[W.HY] = 0.01

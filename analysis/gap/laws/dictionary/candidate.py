@@ -223,6 +223,8 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
             out["swinging_rad_per_s"] = (one.x, "rad/s")
     elif entry.own == "fading":
         out["fading_s"] = (one.y, "s")
+    elif entry.own == "trailing":
+        out["fading_m"] = (one.y, "m")
     elif entry.own == "spreading":
         out["width_rad"] = (one.y, "rad")
         if one.x:

@@ -37,6 +37,16 @@ class RigScales:
     spin_rad_per_s: float
     runs: int = 1
 
+    @property
+    def way_m(self) -> float:
+        """About the way (m) in the longest run."""
+        return self.speed_m_per_s * self.run_s
+
+    @property
+    def turned_rad(self) -> float:
+        """About the angle (rad) by which the disk turns in it."""
+        return self.spin_rad_per_s * self.run_s
+
     @staticmethod
     def of(known: Array, drive_rad_per_s: float) -> RigScales:
         """From what laws know at the flights' frames (N, KNOWN_SIZE)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.dictionary.flights.way import way_candidates
 from analysis.gap.laws.dictionary.forces import force_candidates, torque_candidates
 from analysis.gap.laws.dictionary.friction import friction_candidates
 from analysis.gap.laws.dictionary.modulated import modulated
@@ -22,4 +23,5 @@ def flight_candidates(scales: RigScales) -> list[Candidate]:
         *ring_candidates(scales),
         *uneven_candidates(scales),
         *torque_candidates(scales),
+        *way_candidates(scales),
     ]
