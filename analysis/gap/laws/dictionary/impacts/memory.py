@@ -191,9 +191,6 @@ def turning(name: str, target: str, known: Array) -> list[Candidate]:
     steps = (SCALE_STEP * spread, SCALE_STEP)
     out = [
         plain(f"{name} with the disk's turns", Term(target, 1.0, (Factor("turned"),))),
-        plain(
-            f"{name} with the disk's turns in either sense", Term(target, 1.0, (Factor("turned", "absolute_power"),))
-        ),
         *(
             Candidate(f"{name} with the disk's turns, to an end", winds, (place, share * spread), steps, (False, True))
             for place in places
