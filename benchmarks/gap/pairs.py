@@ -67,11 +67,9 @@ def main() -> None:
         checks = parameter_checks(truth, {"parameters": told})
         inside += [check["inside"] for check in checks]
         off = [f"{c['parameter']} {c['value']:.4g} for {c['true']:.4g}" for c in checks if not c["inside"]]
-        print(
-            f"{number:4d} {' + '.join(pair)} ({truth['noise']}): {'right' if right[-1] else 'WRONG: ' + ', '.join(told)}"
-            f"{'; left: ' + '; '.join(left) if left else ''}{'; outside: ' + ', '.join(off) if off else ''}",
-            flush=True,
-        )
+        verdict = "right" if right[-1] else f"WRONG: {', '.join(told)}"
+        rest = "".join(f"; {word}: {', '.join(what)}" for word, what in (("left", left), ("outside", off)) if what)
+        print(f"{number:4d} {' + '.join(pair)} ({truth['noise']}): {verdict}{rest}", flush=True)
     print(f"right in every point {sum(right)} of {len(right)}; intervals {np.mean(inside):.2f} of {len(inside)}")
 
 
