@@ -126,7 +126,9 @@ def rate_candidates(
         out += _best_waves(rows, "time", known[:, W.TIME], fast, _HUMS, rng, step)
     if (span := float(np.ptp(turns))) > 0.0:
         step = 2 * math.pi * APART / span
-        out += _best_waves(rows, "turned", turns, np.arange(step, MOST_PER_TURN, step), _OVER_TURNS, rng, step)
+        # Slower than once over all turns it is no wave: what winds up is listed.
+        slow = np.arange(step / APART, MOST_PER_TURN, step)
+        out += _best_waves(rows, "turned", turns, slow, _OVER_TURNS, rng, step)
     out += _best_waves(rows, "azimuth", azimuth, around, _AROUND, rng)
     return out + _best_waves(rows, "body_angle", azimuth - known[:, W.ANGLE], sides, _SIDES, rng)
 

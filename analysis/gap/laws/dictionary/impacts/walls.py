@@ -38,9 +38,10 @@ PLACES, DENTS, ARCS = 16, (0.15, 0.35), (0.4, 0.9, 1.57)
 TURN, STEP_RAD = 2 * math.pi, 0.15
 # Orders around the wall and the disk that may change with something; scales over the usual spin or slip.
 CHANGING_WALL, CHANGING_BODY, SHARES = (1, 2, 3, 4), (1, 2, 3), (0.5, 1.5)
-# So much more of -2 log L must a shape that changes, or remembers, say than one that stays, beside what looking for it
-# takes: an oval disk in three runs gained 10 more with the time by chance.
-CLEARLY = 9.0
+# So much more of -2 log L must a shape that changes say than one that stays, beside what looking for it takes: an oval
+# disk in three runs gained 10 more with the time by chance.  One that remembers turns or blows: by chance the same
+# oval disk had a further part by its turns, which 7 more did not keep out.
+CLEARLY, REMEMBERS = 9.0, 8.0
 _FOLLOWED = (
     ("the time", Factor("time")), ("the run", Factor("run")), ("the approach speed", Factor("approach")),
     ("the slip", Factor("slip", "absolute_power")), ("the signed slip", Factor("slip")),
@@ -191,7 +192,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
         out += scaled(f"{WORD} with {name}", TARGET, form, sizes)
     out += after_the_way(WORD, TARGET, known)
     remembering = [*leaning(WORD, TARGET, known), *turning(WORD, TARGET, known), *left_fast(WORD, TARGET, known)]
-    out += [replace(one, looked=CLEARLY) for one in remembering]
+    out += [replace(one, looked=REMEMBERS) for one in remembering]
     since = known[:, W.SINCE]
     since = since[since < 0.5 * W.LONG_AGO_S]
     fades = np.quantile(since, SCALES).tolist() if len(since) else []
