@@ -204,7 +204,7 @@ def _intersect(fits: FlightFits, k: int) -> _Meeting | None:
         (a,), (b,) = fits.path(k, met), fits.path(k + 1, met)
         step = a[3:5] - b[3:5]
         speed2 = float(step @ step)
-        if speed2 < (LEAST_STEP_M_PER_S * length / time) ** 2:
+        if not speed2 >= (LEAST_STEP_M_PER_S * length / time) ** 2:  # a path that a law leaves without numbers, too
             return None
         shift = float(-(a[:2] - b[:2]) @ step / speed2)
         t = float(np.clip(t + shift, before_edge - SEARCHED_FRAMES * period, after_edge + SEARCHED_FRAMES * period))

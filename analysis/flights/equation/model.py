@@ -295,7 +295,7 @@ def advance(
         for j in range(STATES):
             out[j] += h / 6 * (k[0, j] + 2 * k[1, j] + 2 * k[2, j] + k[3, j])
         t += h
-        span = 0.0 if h == span else span - h
+        span = span - h if 0.0 < abs(h) < abs(span) else 0.0  # also where a law has no number: then no path has
 
 
 @compiled
