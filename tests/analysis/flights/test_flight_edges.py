@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.contact.impacts import intersect
 from analysis.flights.cutting.pieces import Flight
 from analysis.flights.cutting.run_data import LENS_TERMS, RunData
 from analysis.flights.cutting.runs import Run
@@ -14,6 +15,8 @@ from analysis.flights.equation.parameters import PARAMETERS
 from analysis.flights.fit import fit_flights
 from analysis.flights.frame_assignment import settled
 from analysis.motion.host_path import HostMotion
+from ovines.core.laws.terms import Term, rows_of
+from ovines.core.laws.words import COEFFICIENT
 
 SD = 5e-6
 STILL = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
@@ -69,3 +72,16 @@ def test_many_denied_frames_are_no_wrong_points():
     xy = run.data.xy_m.copy()
     xy[25:33, 1] += 2e-4 * np.sin(np.arange(8))
     assert after(replace(run, data=replace(run.data, xy_m=xy))) is None
+
+
+def test_a_law_without_a_number_ends_the_flight_and_gives_no_impact():
+    """It had been integrated for ever."""
+    run = bounced(19)
+    fits = fit_flights(run.data, run.flights, np.zeros(len(PARAMETERS)), np.zeros(2 + len(LENS_TERMS)))
+    assert len(intersect([fits])) == 1
+    law = rows_of([Term("fixed_direction", 1.0)])
+    law[:, COEFFICIENT] = np.nan
+    lost = replace(fits, run=replace(run.data, law=law))
+    assert np.isnan(lost.path(0, run.data.time_s[:3])[:, :2]).any()
+    assert np.isnan(lost.propagate(1, np.array([np.nan]))[0]).any()
+    assert not len(intersect([lost]))
