@@ -214,6 +214,8 @@ def _intersect(fits: FlightFits, k: int) -> _Meeting | None:
         return None
     (a,), (pa,) = fits.propagate(k, met)
     (b,), (pb,) = fits.propagate(k + 1, met)
+    if not all(np.isfinite(one).all() for one in (a, b, pa, pb)):  # a force beside the wall that grows within it
+        return None
     # One update with the three statements of continuity; the state is (before 6, after 6, shift of t).
     p = np.zeros((13, 13))
     p[:6, :6], p[6:12, 6:12], p[12, 12] = pa, pb, period**2
