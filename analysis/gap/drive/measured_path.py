@@ -28,10 +28,6 @@ FEWEST_FRAMES = 60
 MOST_LINES, MOST_BESIDE = 3, 0.02
 # One line whose level or frequency changes leaves less than this; what is slower than its band is none of it.
 MOST_CHANGED = 0.2
-# A sweep is at one frequency at a time: its level between this share of its strongest frequency and the double of that
-# differs by less than this share of its mean in the middle part of a run (a random drive's by half), and what is slower
-# is no sweep.
-SLOWEST, MOST_UNEVEN, MIDDLE = 0.5, 0.25, 0.8
 # The band of a drive that is none of lines holds this share of its path's power.
 IN_BAND = 0.999
 # Columns beyond those of a band's width and duration (Slepian 1978): of 24 random, sweeping and starting drives of the
@@ -101,15 +97,14 @@ def measured_path(run: Run, number: int) -> MeasuredPath | None:
     place = (host.at(time_s)[:, :2] + residual)[use]
     beside = [float(np.std(one.at(time_s - host.zero_s))) for one in host.smooth[:2] if one is not None]
     left = max(beside, default=0.0) / max(host.amplitude_m, 1e-300) if host.omega_rad_per_s else np.inf
-    sweeps, of_lines = False, left <= MOST_BESIDE and len(host.lines_rad_per_s) <= MOST_LINES
+    of_lines = left <= MOST_BESIDE and len(host.lines_rad_per_s) <= MOST_LINES
     changes = left <= MOST_CHANGED and not len(host.lines_rad_per_s)
     t = time_s[use]
     if of_lines:
         drive = _harmonics(t, host.omega_rad_per_s)
         drive_hz = host.frequency_hz
     else:
-        sweeps = is_sweep(t, place)
-        drive_hz, half_hz = band_of(t, place, SLOWEST if sweeps else 0.0)
+        drive_hz, half_hz = _band_of(t, place)
         if 4 * half_hz * np.ptp(t) > (1 - LEAST_FREE) * len(t):
             return None
         drive = np.hstack([_harmonics(t, host.omega_rad_per_s if changes else 0.0), _band(t, drive_hz, half_hz)])
@@ -117,9 +112,7 @@ def measured_path(run: Run, number: int) -> MeasuredPath | None:
         return None
     correlation = noise_correlation(residual)
     held, _ = np.linalg.qr(whitened(drive, correlation))
-    return MeasuredPath(
-        number, t, place, sd, correlation, held, np.linalg.qr(drive)[0], of_lines or changes or sweeps, drive_hz
-    )
+    return MeasuredPath(number, t, place, sd, correlation, held, np.linalg.qr(drive)[0], of_lines or changes, drive_hz)
 
 
 def _harmonics(t: Array, omega: float) -> Array:
@@ -132,34 +125,16 @@ def _harmonics(t: Array, omega: float) -> Array:
     return np.column_stack([*columns, *_line_columns(t, omega * t)[2:]])
 
 
-def band_of(t: Array, place: Array, slowest: float) -> tuple[float, float]:
-    """Middle and half width (Hz) of the band that holds nearly all of a path (N, 2) that is faster than ``slowest``
-    times its strongest frequency."""
+def _band_of(t: Array, place: Array) -> tuple[float, float]:
+    """Middle and half width (Hz) of the band that holds nearly all of a path (N, 2)."""
     even = np.linspace(t[0], t[-1], len(t))
     window = np.hanning(len(t))
     columns = [np.interp(even, t, column - np.mean(column)) * window for column in place.T]
-    squares = np.sum(np.abs(np.fft.rfft(columns, axis=1)) ** 2, 0)
-    squares[: int(slowest * np.argmax(squares))] = 0.0
-    power = np.cumsum(squares)
+    power = np.cumsum(np.sum(np.abs(np.fft.rfft(columns, axis=1)) ** 2, 0))
     outside = 0.5 * (1 - IN_BAND) * power[-1]
     low, high = (float(one) for one in np.searchsorted(power, [outside, power[-1] - outside]))
     duration = float(np.ptp(t))
     return 0.5 * (low + high) / duration, 0.5 * (high - low) / duration
-
-
-def is_sweep(t: Array, place: Array) -> bool:
-    """Whether a path (N, 2) goes along a line at one frequency at a time, whichever that is then."""
-    even = np.linspace(t[0], t[-1], len(t))
-    centred = place - np.mean(place, 0)
-    along = np.linalg.svd(centred, full_matrices=False)[2][0]
-    waves = np.fft.fft(np.interp(even, t, centred @ along))
-    strongest = int(np.argmax(np.abs(waves[: len(t) // 2])))
-    beside = np.ones(len(t), bool)
-    beside[int(SLOWEST * strongest) : 2 * strongest + 1] = False
-    waves[beside] = 0.0
-    edge = int(0.5 * (1 - MIDDLE) * len(t))
-    level = np.abs(np.fft.ifft(waves))[edge : len(t) - edge]
-    return bool(np.std(level) < MOST_UNEVEN * np.mean(level))
 
 
 def _band(t: Array, middle_hz: float, half_hz: float) -> Array:

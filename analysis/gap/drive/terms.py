@@ -20,9 +20,6 @@ LEVEL = 0.01 / 8
 MOST_TERMS = 4
 # Lines that a run's drive may have of its own beside the main one.
 MOST_OWN_LINES = 3
-# What runs share says this share of what lines of their own say at the least: of a strong sway each run's own frequency
-# says more, by what a band takes of it.
-OWN_SHARE = 0.99
 
 
 def found_terms(
@@ -68,8 +65,7 @@ def _with_own_lines(
         taken = float(sum(one.gain for one in own) - 4 * len(paths) - 2 * np.sum(np.maximum(looks, 0.0)))
         shared: list[Swing | Line] = [best_swing(effect, paths, pushes, left, tried) for effect in SWINGS]
         shared.append(best_line(paths, left, below_hz))
-        most_shared = max(_beyond_chance(one, paths) for one in shared)
-        if not min(chances) < LEVEL or OWN_SHARE * taken < most_shared:
+        if not min(chances) < LEVEL or taken < max(_beyond_chance(one, paths) for one in shared):
             break
         paths = [
             path.with_line(one.frequency_hz) if p < LEVEL else path
