@@ -240,7 +240,7 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
     if code == Q_RADIUS:
         return math.hypot(known[W.HX], known[W.HY]) - x
     if code == Q_GAP:
-        # Within the wall there is none: what falls off with it would grow without end where a path is drawn out too far.
+        # Within the wall there is none: what falls off with it would grow without end on a path drawn out into it.
         return max(known[W.CONTACT_RADIUS] - math.hypot(known[W.HX], known[W.HY]), 0.0) - x
     if code == Q_SPIN:
         return known[W.SPIN] - x
