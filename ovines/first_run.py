@@ -93,7 +93,7 @@ def _identification_calls() -> list[Called]:
     line, places, blocks, known = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2, 2)), np.zeros(2, np.int64)
     fixed, column = np.zeros(2), places[:, 0]
     fixed.flags.writeable = False
-    rig = _filled(FlightRig, host=_filled(HostTable, pieces=blocks), law=places)
+    rig = _filled(FlightRig, host=_filled(HostTable, pieces=blocks), law=places, way=places)
     bounce_rig = _filled(BounceRig, flight=rig, parameters=line, surfaces=places)
     bounce_frames = BounceFrames(0.0, line, places, places, line)
     return [

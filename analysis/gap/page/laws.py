@@ -34,11 +34,12 @@ FEWEST_FRAMES = 20
 PLAIN = {
     r"\times": " × ", r"\cdot": " · ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
     r"\delta": "δ", r"\rho": "ρ", r"\chi": "χ", r"\ell": "ℓ", r"\sigma": "σ", r"\tau": "τ",
-    r"\Delta": "Δ", r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", r"\alpha": "α", "{": "", "}": "",
+    r"\Delta": "Δ", r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", r"\alpha": "α",
+    r"\Theta": "Θ", r"\Psi": "Ψ", r"\perp": "⊥", r"\parallel": "∥", "{": "", "}": "",
 }  # fmt: skip
 # Letters that can stand below the line as characters; others keep their underscore.
 BELOW = {"i": "ᵢ", "n": "ₙ", "t": "ₜ", "p": "ₚ", "0": "₀", "φ": "ᵩ"}
-ACCENTS = {"hat": "\u0302", "vec": "\u20d7", "dot": "\u0307"}
+ACCENTS = {"hat": "\u0302", "vec": "\u20d7", "dot": "\u0307", "bar": "\u0304"}
 FORMULA_PT, FORMULA_HEIGHT_IN = 13.0, 0.75
 # Letters of a line beside an axis, and the room that one takes (in).
 MEANING_LETTERS, LINE_IN = 34, 0.27

@@ -38,7 +38,7 @@ from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
-from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES
+from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, OF_FLIGHTS_ONLY, QUANTITIES
 from ovines.law_file import law_text, read_law
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
@@ -380,6 +380,7 @@ def test_every_number_of_a_law_has_a_name_a_unit_and_a_formula(quantity):
     """Of every quantity in every function: a unit without a name had ended a diagnosis in an error."""
     own = {"share": "picture_u", "host_place_along": "camera_delay", "spin_left": "spin_added"}
     own |= dict.fromkeys(("last_spun", "struck_rim"), "nes_card_turn")
+    own |= dict.fromkeys(OF_FLIGHTS_ONLY, "floor_friction") | {"nes_place_along": "picture_u"}
     target = own.get(quantity, "restitution")
     for function in FUNCTIONS:
         law = WrittenLaw((Term(target, 1.0, (Factor(quantity, function, x=1.0, y=1.0),)),))
