@@ -1,4 +1,4 @@
-"""Two listed effects at once, every pair that may stand together: are both named, nothing beside, and how large?
+"""Two listed effects at once, any pair that may stand together: are both named, nothing beside, and how large?
 
 ``python benchmarks/gap/pairs.py [--first 0] [--count 20] [--severity 0.7] [--runs 6] [--seed 77]``
 
