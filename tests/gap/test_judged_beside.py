@@ -18,14 +18,15 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are c
 
 def test_both_say_the_same_and_nothing_is_begun_where_something_is_left(loaded, monkeypatch):
     monkeypatch.setattr(ovines.workers.beside.os, "cpu_count", lambda: 2)
-    _, series = loaded("table_tilt", 0.5, 5, runs=2)
+    _, series = loaded("table_tilt", 0.35, 5)
     ladder = run_ladder(series, np.random.default_rng(0))
-    assert [cause.effect for cause in ladder.causes] == ["table_tilt"] and not ladder.structure
+    assert "table_tilt" in [cause.effect for cause in ladder.causes] and not ladder.structure
     with _judged_beside(ladder, np.random.default_rng(1)) as judged:
         beside = judged()
     here = _judged(ladder, (), np.random.default_rng(1))
     assert beside is not None and beside.gap == here.gap and beside.seen == here.seen
-    assert beside.causes == here.causes and beside.detectable == here.detectable
+    told, again = ([(one.effect, one.parameters) for one in judged.causes] for judged in (beside, here))
+    assert told == again and beside.detectable == here.detectable
     assert beside.predictions.equals(here.predictions)
     left = Structure("flight", "free flight", "x", "something", 2.0, 100.0, 0.1, "m/s^2", 1e-6)
     with _judged_beside(replace(ladder, structure=(left,)), np.random.default_rng(1)) as judged:
