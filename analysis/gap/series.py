@@ -15,7 +15,7 @@ from analysis.flights.cutting.runs import Run, prepare
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from analysis.motion.rig_frame import RigFrame, rig_frame
 from ovines.camera import Camera
-from ovines.camera.bends import PictureChange
+from ovines.camera.changes import PictureChange
 from ovines.core.laws.terms import WrittenLaw, rows_of
 from ovines.recording import Recording
 

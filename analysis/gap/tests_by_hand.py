@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.gap.cause import EACH_RUN, IN_PICTURE
+from analysis.gap.cause import BY_BOARDS, EACH_RUN, IN_PICTURE
 
 NEXT_TEST: dict[str, str] = {
     "floor_friction": "Flick the disk over the Host's floor at rest and let it stop twice, once spinning: the "
@@ -78,6 +78,12 @@ def unknown_test(stage: str, goes_with: str) -> str:
             f"The structure goes with {goes_with}. Film the boards once more, with the camera as it is, and diagnose "
             "with that calibration: nothing of it is left then. Until that is done, its law corrects these recordings "
             "(`ovines diagnose --law`)."
+        )
+    if goes_with.startswith(BY_BOARDS):
+        return (
+            f"The structure goes with {goes_with}. Measure the board's squares along both sides and lay a straight "
+            "edge on it. Calibrate on one that is true, and diagnose with that calibration: nothing of it is left "
+            "then. Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
         )
     return (
         f"The structure lies in the {stage} and goes with {goes_with}. Change that alone in two recordings (twice as "

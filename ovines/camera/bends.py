@@ -3,18 +3,17 @@ bends it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 #: as targets of a written law name them
-SHIFT_U, SHIFT_V, ZOOM, TURN, STRETCH, RADIAL, DECENTRING = BENDS = (
+SHIFT_U, SHIFT_V, ZOOM, TURN, STRETCH, RADIAL, DECENTRING, SKEW = BENDS = (
     "picture_u", "picture_v", "picture_zoom", "picture_turn", "picture_stretch", "picture_radial", "picture_decentring",
+    "picture_skew",
 )  # fmt: skip
 #: those that somebody who touches a camera makes, and that no window or pose takes
-CHANGES = (ZOOM, TURN, STRETCH, RADIAL, DECENTRING)
+CHANGES = (ZOOM, TURN, STRETCH, RADIAL, DECENTRING, SKEW)
 #: those with a direction in the picture, from u to v, and which turn of it (rad) leaves them as they were
 PERIODS_RAD = {STRETCH: np.pi, DECENTRING: 2 * np.pi}
 
@@ -28,7 +27,7 @@ def bend_px(target: str, direction_rad: float, place_px: Array) -> Array:
         One of ``BENDS``: a shift (px) along u or v; the share of a zoom; the angle of a turn (rad, from u to v); the
         share by which the picture is longer along a direction and shorter across it; what the square of the distance
         makes of the zoom (1/px^2; Brown's first radial term); how far a lens sits off its axis along a direction (1/px;
-        Brown's decentring).
+        Brown's decentring); the share of its place along v by which a skewed picture lies further along u.
     direction_rad
         Of a stretch or a decentring, in the picture, from u to v.
     place_px
@@ -60,36 +59,6 @@ def bend_px(target: str, direction_rad: float, place_px: Array) -> Array:
     if target == DECENTRING:
         along = c * u + s * v
         return np.column_stack([square * c + 2 * along * u, square * s + 2 * along * v])
+    if target == SKEW:
+        return np.column_stack([v, 0.0 * v])
     raise ValueError(target)
-
-
-WORDS = {
-    ZOOM: "it is larger or smaller", TURN: "it is turned", STRETCH: "it is longer one way than the other",
-    RADIAL: "its radial distortion: a lens that was focused anew", DECENTRING: "a lens that sits off its axis",
-}  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class PictureChange:
-    """A camera's picture is off by ``value`` of what ``target`` names, along ``direction_rad`` where it has one.
-
-    ``sd``, ``direction_sd_rad``; ``size_px`` RMS over where markers went; ``log_odds``: natural logarithm of how much
-    likelier the recordings are with it than with smooth fields alone; squares that smooth fields and all changes of a
-    series take off each run (R,), learnt from the others: ``before``, and what they take beside the changes:
-    ``after``."""
-
-    camera: str
-    target: str
-    value: float
-    sd: float
-    direction_rad: float
-    direction_sd_rad: float
-    size_px: float
-    log_odds: float
-    before: Array
-    after: Array
-
-    @property
-    def words(self) -> str:
-        """What has happened, for people."""
-        return WORDS[self.target]

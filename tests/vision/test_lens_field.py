@@ -40,10 +40,18 @@ def turned(layout: np.ndarray, angle: np.ndarray, place: np.ndarray) -> np.ndarr
 
 
 def tracks_of(
-    rng: np.random.Generator, cameras, offsets, size: float, sd_px: float, correlation: float, loose: float = 0.0
+    rng: np.random.Generator,
+    cameras,
+    offsets,
+    size: float,
+    sd_px: float,
+    correlation: float,
+    loose: float = 0.0,
+    measured=lambda world: world,
 ) -> pd.DataFrame:
     """Tracks of a run: the Host shaken along x, the NES wandering and spinning inside it; the Host's second marker goes
-    ``loose`` times its way further, as one that bends with the acceleration does."""
+    ``loose`` times its way further, as one that bends with the acceleration does.  ``measured``: where a calibration
+    puts points of the world."""
     t = np.arange(FRAMES) / RATE_HZ
     host = np.column_stack([0.016 * np.sin(2 * np.pi * 11 * t + rng.uniform(0, 6)), 0 * t])
     a, b, c, d = rng.uniform(0, 2 * np.pi, 4)
@@ -53,6 +61,7 @@ def tracks_of(
     still = np.broadcast_to(GROUND_M, (FRAMES, 3, 3))
     world = np.concatenate([still, turned(HOST_M, 0 * t, host), turned(NES_M, 30 * t + a, nes)], 1)
     world[:, MARKERS.index("H2"), :2] += loose * host
+    world = measured(world)
     parts = []
     for k, camera in enumerate(cameras):
         uv = camera.project(world)

@@ -7,16 +7,24 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ovines.camera.bends import BENDS, DECENTRING, PERIODS_RAD, RADIAL, STRETCH, TURN, ZOOM, bend_px
+from ovines.camera.bends import BENDS, DECENTRING, PERIODS_RAD, RADIAL, SKEW, STRETCH, TURN, ZOOM, bend_px
+from ovines.camera.boards import board_bend_px, board_move_m
 from ovines.lens_field import lens_fields
 from ovines.recording import read_recording
 from tests.conftest import two_cameras, write_small_recording
-from tests.vision.test_lens_field import CORRELATION, filmed, learnt, left_px
+from tests.vision.test_lens_field import CORRELATION, RUNS, filmed, learnt, left_px, tracks_of
 from vision.lens.changes import _spline_of
 from vision.lens.lattice import Lattice
 
 #: of the second camera: what is changed, by how much, along which direction of its picture
-CASES = [(ZOOM, 4e-3, 0.0), (TURN, 1.2e-3, 0.0), (STRETCH, 1.5e-3, 0.4), (RADIAL, 2e-8, 0.0), (DECENTRING, 5e-6, 2.1)]
+CASES = [
+    (ZOOM, 4e-3, 0.0),
+    (TURN, 1.2e-3, 0.0),
+    (STRETCH, 1.5e-3, 0.4),
+    (RADIAL, 2e-8, 0.0),
+    (DECENTRING, 5e-6, 2.1),
+    (SKEW, 3e-3, 0.0),
+]
 
 
 @pytest.fixture(scope="module")
@@ -63,6 +71,77 @@ def test_a_change_is_found_with_its_size_and_the_field_is_whole(rig, target, val
 
     whole, _, _ = left_px(rig, found, put)
     assert whole < 0.06
+
+
+def by_boards(rig, size_px, measured):
+    """Runs filmed by cameras that were calibrated on boards which put points of the world elsewhere."""
+    rng = np.random.default_rng(4)
+    offsets = rig[0].window_offset_px
+    return [tracks_of(rng, rig[1], offsets, size_px, 0.1, CORRELATION, measured=measured) for _ in range(RUNS)]
+
+
+def longer(share, direction_rad):
+    def measured(world):
+        along = np.array([np.cos(direction_rad), np.sin(direction_rad), 0.0])
+        return world + share * (world @ along)[..., None] * along
+
+    return measured
+
+
+def bowed(per_m2, place_m):
+    def measured(world):
+        off = (world - np.array([*place_m, 0.0])) * np.array([1.0, 1.0, 0.0])
+        return world + per_m2 * np.sum(off**2, -1, keepdims=True) * off
+
+    return measured
+
+
+@pytest.mark.parametrize(("share", "direction_rad"), [(0.004, 0.5), (-0.004, 2.2)])
+@pytest.mark.parametrize("size_px", [0.0, 0.2])
+def test_boards_that_are_longer_one_way(rig, share, direction_rad, size_px):
+    """The layouts tell a print that is too long from one that is too short across it; a lens makes a scale, too."""
+    found = learnt(rig, by_boards(rig, size_px, longer(share, direction_rad)))
+    (one,) = found.changes
+    assert (one.camera, one.target) == ("", "board_stretch") and "the boards were off" in found.note
+    assert one.value == pytest.approx(share, rel=0.3 if size_px else 0.06) and abs(one.value - share) < 4 * one.sd
+    off = (one.direction_rad - direction_rad + np.pi / 2) % np.pi - np.pi / 2
+    assert abs(off) < 4 * one.direction_sd_rad and one.direction_sd_rad < 0.1
+    assert 1 - one.after.sum() / one.before.sum() > 0.9
+    assert found.terms.set_index("term").loc["board_stretch_direction_rad", "value"] == one.direction_rad
+
+
+@pytest.mark.parametrize("place_m", [(0.0, 0.0), (0.02, -0.01)])
+def test_boards_that_were_bowed(rig, place_m):
+    found = learnt(rig, by_boards(rig, 0.0, bowed(1.2, place_m)))
+    (one,) = found.changes
+    assert (one.camera, one.target) == ("", "board_bow")
+    assert one.value == pytest.approx(1.2, rel=0.1)
+    off_m = np.array(one.place_m) - place_m
+    assert (np.abs(off_m) < np.maximum(4 * np.array(one.place_sd_m), 3e-3)).all()
+    assert 1 - one.after.sum() / one.before.sum() > 0.9
+
+
+def test_the_world_s_axes_do_not_matter_to_a_board(rig):
+    """Moves turn and shift with the world; the picture of a plane's points is what the camera makes of them."""
+    place = np.random.default_rng(5).uniform(-0.05, 0.05, (20, 2))
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, -s], [s, c]])
+    np.testing.assert_allclose(
+        board_move_m("board_stretch", 0.3 + 0.7, 0.0, place @ turn.T),
+        board_move_m("board_stretch", 0.3, 0.0, place) @ turn.T,
+        rtol=0, atol=1e-12,
+    )  # fmt: skip
+    np.testing.assert_allclose(
+        board_move_m("board_bow", 0.02, -0.01, place), board_move_m("board_bow", 0.0, 0.0, place - [0.02, -0.01])
+    )
+    with pytest.raises(ValueError, match="no_board"):
+        board_move_m("no_board", 0.0, 0.0, place)
+    camera = rig[1][0]
+    points = np.column_stack([place, np.full(len(place), 0.01)])
+    bent = board_bend_px("board_stretch", 0.4, 0.0, camera, 0.01, camera.project(points))
+    step = 1e-5
+    moved = points + step * np.column_stack([board_move_m("board_stretch", 0.4, 0.0, place), np.zeros(len(place))])
+    np.testing.assert_allclose((camera.project(moved) - camera.project(points)) / step, bent, rtol=1e-3, atol=0.05)
 
 
 def test_a_change_beside_a_lens_that_is_not_exact(rig):
@@ -140,7 +219,7 @@ def test_directions_turn_bends_along():
     place = np.random.default_rng(2).uniform(-300, 300, (20, 2))
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, -s], [s, c]])
-    for target in (ZOOM, TURN, STRETCH, RADIAL, DECENTRING):
+    for target in (ZOOM, TURN, STRETCH, RADIAL, DECENTRING):  # a skew is along u, whatever is turned
         turned = bend_px(target, 0.3 + 0.7, place @ turn.T)
         np.testing.assert_allclose(turned, bend_px(target, 0.3, place) @ turn.T, rtol=1e-12, atol=1e-9)
     with pytest.raises(ValueError, match="no_bend"):

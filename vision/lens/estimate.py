@@ -12,16 +12,24 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from ovines.camera.bends import PictureChange
+from ovines.camera.changes import PictureChange
 from ovines.lens_field import LensField, lens_fields
 from ovines.recording import Recording
 from ovines.workers.threads import in_threads
-from vision.lens.changes import Block, Changed, find_changes
+from vision.lens.changes import Block, Changed, Seen, find_changes
 from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import MOST_PLACES, open_terms
 from vision.lens.posterior import Posterior, fields_only, held_out, noise_variance, posterior_of
 from vision.lens.prior import calibration_part, smooth_prior
-from vision.lens.residuals import NormalEquations, Sightings, accumulate, linear_parts, markers_of, sightings_of
+from vision.lens.residuals import (
+    NormalEquations,
+    Sightings,
+    accumulate,
+    layouts_scale,
+    linear_parts,
+    markers_of,
+    sightings_of,
+)
 from vision.lens.stretch import NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
 from vision.lens.tables import field_table, terms_table
 from vision.smooth_field import Solved, rooted
@@ -187,7 +195,8 @@ def _estimate(
     if not used:
         return _Learnt(LensEstimate(None, terms, note))
     for one in changed.changes:
-        note += f"; since its calibration the picture of {one.camera} has changed by {one.size_px:.2g} px ({one.words})"
+        what = f"since its calibration the picture of {one.camera} has changed" if one.camera else "the boards were off"
+        note += f"; {what} by {one.size_px:.2g} px ({one.words})"
     worst = most_stretched(runs, lattices, posterior.mean, calibration)
     found = LensEstimate(field_table(posterior, lattices, pair), terms, note, (), changed.changes)
     return _Learnt(found, worst, posterior)
@@ -212,9 +221,12 @@ def _changes(
         return [scaled.solved(one) for one in amplitudes_px]
 
     pixels = np.concatenate([one.uv_px[:, one.body >= 0].reshape(-1, 2, 2) for one in runs])
-    pixels = pixels[np.isfinite(pixels).all((-1, -2))]
-    pixels = pixels[:: max(1, len(pixels) // MOST_PLACES)]
-    return find_changes(*data, solve, posterior.amplitude_px, lattices, pair, [pixels[:, 0], pixels[:, 1]])
+    points = np.concatenate([one.points_m[:, one.body >= 0].reshape(-1, 3) for one in runs])
+    seen = np.flatnonzero(np.isfinite(pixels).all((-1, -2)) & np.isfinite(points).all(-1))
+    seen = seen[:: max(1, len(seen) // MOST_PLACES)]
+    places = [pixels[seen, c] for c in range(2)]
+    where = Seen(pair, lattices, places, points[seen], layouts_scale(runs))
+    return find_changes(*data, solve, posterior.amplitude_px, where)
 
 
 def _nothing(frames: int, why: str) -> LensEstimate:

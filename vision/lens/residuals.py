@@ -33,6 +33,8 @@ PLANE_X, PLANE_Y, LATE, WINDOW_U, WINDOW_V = range(5)
 N_SHARED = 5
 # Their prior sds: a marker's place along its body's x, y, z [m]; that of one that stands still, which no design tells;
 MARKER_SD_M, STILL_SD_M = (1e-3, 1e-3, 1e-4), (1e-2, 1e-2, 1e-2)
+# one that the recording does not say, as glued by hand [m];
+PLACED_SD_M = 1e-4
 # a tilted plane (x, y) [rad], a late camera [s], a window elsewhere (u, v) [px].
 SHARED_SD = (0.1, 0.1, 1e-2, 100.0, 100.0)
 
@@ -43,7 +45,8 @@ class Sightings:
 
     ``uv_px`` (F, M, 2, 2) full-sensor pixels by camera, NaN where not seen by both; ``sd_px`` (F, M, 2); ``frame``
     (F,); ``time_s`` (F,); ``body`` (M,) number of the marker's body, -1 for what stands still; ``layout_m`` (M, 3) its
-    design place on the body, in the world for what stands still; ``points_m`` (F, M, 3) between both rays.
+    design place on the body, in the world for what stands still; ``points_m`` (F, M, 3) between both rays;
+    ``layout_sd_m`` of how markers are placed.
     """
 
     frame: NDArray[np.int64]
@@ -53,6 +56,7 @@ class Sightings:
     body: NDArray[np.int64]
     layout_m: Array
     points_m: Array
+    layout_sd_m: float
 
     def between(self, first: int, last: int) -> Sightings:
         """The frames from number ``first`` up to ``last``."""
@@ -155,7 +159,8 @@ def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Rec
     layout = np.concatenate([places, *(np.asarray(bodies[name].layout_m, float) for name in MOVING)])
     enough = [np.isfinite(xyz[:, body == k, 0]).sum(1) >= FEWEST_MARKERS for k in range(len(MOVING))]
     keep = np.logical_and.reduce(enough)
-    return Sightings(frames[keep], time_s[keep], uv[keep], sd[keep], body, layout, xyz[keep])
+    placed = [bodies[name].layout_sd_m or PLACED_SD_M for name in MOVING]
+    return Sightings(frames[keep], time_s[keep], uv[keep], sd[keep], body, layout, xyz[keep], max(placed))
 
 
 def poses_of(run: Sightings) -> Array:
@@ -183,6 +188,27 @@ def poses_of(run: Sightings) -> Array:
         )
         out[:, k] = np.column_stack([middle[:, :2] - turned, angle, middle[:, 2] - design[:, 2]])
     return out
+
+
+def layouts_scale(runs: Sequence[Sightings]) -> tuple[float, float]:
+    """By which share the markers of both bodies lie too far apart, against the design of their layouts, and its sd."""
+    top = bottom = squares = 0.0
+    for run in runs:
+        for k in range(len(MOVING)):
+            own = run.body == k
+            seen = np.isfinite(run.points_m[:, own, 0])[..., None]
+            count = np.maximum(seen.sum(1, keepdims=True), 1)
+            apart = []
+            for places in (np.broadcast_to(run.layout_m[own], run.points_m[:, own].shape), run.points_m[:, own]):
+                flat = np.where(seen, places[..., :2], 0.0)
+                apart.append(np.where(seen, flat - flat.sum(1, keepdims=True) / count, 0.0))
+            designed, measured = (np.sum(one**2, (1, 2)) for one in apart)
+            top += float(np.sqrt(designed * measured).sum())
+            bottom += float(designed.sum())
+            squares += float(designed.mean()) / len(runs)
+    if bottom == 0:
+        return 0.0, np.inf
+    return top / bottom - 1, max(one.layout_sd_m for one in runs) / float(np.sqrt(squares))
 
 
 @dataclass(frozen=True, eq=False)

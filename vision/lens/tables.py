@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ovines.camera import Camera
-from ovines.camera.bends import PERIODS_RAD, PictureChange
+from ovines.camera.changes import PictureChange
 from vision.lens.lattice import Lattice
 from vision.lens.open_terms import OPEN_TERMS
 from vision.lens.posterior import Posterior
@@ -49,7 +49,7 @@ def terms_table(
         rows.append((term, float(along @ posterior.mean), float(np.sqrt(along @ posterior.covariance @ along))))
         rows.append((f"{term}_before", 0.0, float(np.sqrt(along @ posterior.expected @ along))))
     for one in changes:
-        rows.append((f"{one.target}:{one.camera}", one.value, one.sd))
-        if one.target in PERIODS_RAD:
-            rows.append((f"{one.target}_direction_rad:{one.camera}", one.direction_rad, one.direction_sd_rad))
+        tail = f":{one.camera}" if one.camera else ""
+        rows.append((f"{one.target}{tail}", one.value, one.sd))
+        rows += [(f"{one.target}_{name}{tail}", *told) for name, told in one.own_numbers.items()]
     return pd.DataFrame(rows, columns=["term", "value", "sd"])

@@ -1,4 +1,5 @@
-"""Cameras whose pictures have changed since their calibration in a way that has a form.
+"""Cameras whose pictures have changed since their calibration in a way that has a form, or that were calibrated on
+boards that were not true.
 
 What the lens fields, learnt from the recordings, have of one is told as left of the measurement; the series is without
 it, from its points on."""
@@ -7,17 +8,17 @@ from __future__ import annotations
 
 import math
 
-from analysis.gap.cause import IN_PICTURE, SMALLEST_P, Structure
+from analysis.gap.cause import BY_BOARDS, IN_PICTURE, SMALLEST_P, Structure
 from analysis.gap.measurement.fixed_markers import still_px
 from analysis.gap.series import Series
-from ovines.camera.bends import CHANGES, PictureChange
+from ovines.camera.changes import PictureChange, number_tried
 
 
 def changed_pictures(series: Series) -> list[Structure]:
     """What is left of the measurement: a structure for each change that counts."""
     return [
         Structure(
-            "measurement", "all", "x", f"{IN_PICTURE} {one.camera}: {one.words}",
+            "measurement", "all", "x", _goes_with(one),
             one.size_px / still_px(series), 2 * one.log_odds, one.size_px, "px", chance_of(one, series),
         )
         for one in changes_of(series)
@@ -34,5 +35,8 @@ def changes_of(series: Series) -> list[PictureChange]:
 def chance_of(one: PictureChange, series: Series) -> float:
     """How often chance makes recordings so much likelier by one of the forms of one of the cameras: of each at most the
     inverse of that (Markov's inequality)."""
-    tried = len(CHANGES) * len(series.cameras or ())
-    return min(max(tried * math.exp(-one.log_odds), SMALLEST_P), 1.0)
+    return min(max(number_tried(len(series.cameras or ())) * math.exp(-one.log_odds), SMALLEST_P), 1.0)
+
+
+def _goes_with(one: PictureChange) -> str:
+    return f"{IN_PICTURE} {one.camera}: {one.words}" if one.camera else f"{BY_BOARDS}: {one.words}"

@@ -22,6 +22,7 @@ from analysis.gap.page.tables import chance
 from analysis.gap.prediction.predict import measured_paths
 from analysis.report.numbers import interval, percent, with_unit
 from analysis.report.page import Page, Section
+from ovines.camera.boards import BOARDS
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.formula import legend as symbols
 from ovines.core.laws.targets import TARGETS
@@ -99,10 +100,11 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
         text_columns=(0, 1),
     ) if symbols(law.law) else None
     first, cameras = law.law.terms[0], diagnosis.ladder.measured.cameras
-    if lasts(first) and cameras is not None and cameras[int(first.x)].field is not None:
+    seen_by = 0 if first.target in BOARDS else int(first.x)
+    if lasts(first) and cameras is not None and cameras[seen_by].field is not None:
         section.add_figure(
             f"law-{number}-picture",
-            partial(changed_picture_figure, first, cameras[int(first.x)]),
+            partial(changed_picture_figure, first, cameras[seen_by]),
             "Where the camera sees points, less where its calibration puts them: as the recordings have taught it, of "
             "whatever form (grey), and what the law says (blue).",
             "Arrows over the picture of a camera: the learnt field and the law",

@@ -22,6 +22,8 @@ CHANGES = {
     "nes_place_outwards": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
     "nes_card": (r"\Delta\vec s_{\mathrm{NES}}", "place of all markers of the NES +="),
     "nes_card_turn": (r"\Delta\psi_{\mathrm{NES}}", "turn of all markers of the NES +="),
+    "board_stretch": (r"\Delta\vec s", "stretch by the boards +="),
+    "board_bow": (r"\Delta k", "share by the boards' bow +="),
 }
 #: the same of targets that the number of a camera or a marker stands with
 NUMBERED = {
@@ -32,6 +34,7 @@ NUMBERED = {
     "picture_stretch": (r"\Delta s_{{{}}}", "stretch of camera {} +="),
     "picture_radial": (r"\Delta k_{{{}}}", "radial distortion of camera {} +="),
     "picture_decentring": (r"\Delta\vec p_{{{}}}", "decentring of camera {} +="),
+    "picture_skew": (r"\Delta\gamma_{{{}}}", "skew of camera {} +="),
     "nes_picture_u": (r"\Delta u^{{\mathrm{{NES}}}}_{{{}}}", "picture u of the NES in camera {} +="),
     "nes_picture_v": (r"\Delta v^{{\mathrm{{NES}}}}_{{{}}}", "picture v of the NES in camera {} +="),
     "camera_delay": (r"\Delta\tau_{{{}}}", "delay of camera {} +="),

@@ -126,6 +126,18 @@ TARGETS: dict[str, Target] = {
                 "the place of all markers of the NES on it, along a direction that turns with it",
             ),
             ("nes_card_turn", "rad", r"\psi_m", "", "measurement", "the turn of all markers of the NES on it"),
+            (
+                "picture_skew", "1", r"u", "camera", "measurement",
+                "the share of its place along v by which a camera's picture lies further along u",
+            ),
+            (
+                "board_stretch", "1", r"\vec e_{\varphi}", "axis", "measurement",
+                "the share by which boards made lengths along a direction of the world too long",
+            ),
+            (
+                "board_bow", "1/m^2", r"\hat d", "room", "measurement",
+                "the share by which boards put places too far from one of the world's, by the square of the distance",
+            ),
         )
     )
 }  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from analysis.blind.recording.files import write_series
+from analysis.blind.recording.markers import BOARD_M
 from analysis.blind.recording.picture import REFOCUS_PX
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import verdict_of
@@ -287,6 +288,30 @@ def test_a_lens_that_has_changed_is_left_and_has_its_law(tmp_path, loaded, kind,
     path = tmp_path / "law-1.toml"
     path.write_text(law_text(law.law, "lens"))
     _, again = loaded(kind, 0.8, 2, runs=2, laws=(path,))
+    assert changed_pictures(again) == []
+    assert not [name for name, one in measurement_tests(again).findings.items() if one.found]
+
+
+@pytest.mark.parametrize("kind", ["unknown_stretched_board", "unknown_bowed_board", "unknown_skewed_picture"])
+def test_boards_that_were_not_true_and_a_skew_have_their_law(tmp_path, loaded, kind):
+    """They had been a wrong length scale and a tilted plane.  Held by the next diagnosis nothing of them is left."""
+    true, series = loaded(kind, 0.8, 5, runs=2)
+    (told,) = changed_pictures(series)
+    assert (told.stage, told.unit) == ("measurement", "px") and told.p < 1e-4
+    assert "boards" in told.goes_with or "skewed" in told.goes_with
+    (law,) = changed_picture_laws(series)
+    (term,) = law.law.terms
+    expected = {
+        "unknown_stretched_board": ("board_stretch", true.get("board_stretch")),
+        "unknown_bowed_board": ("board_bow", true.get("board_bow", 0.0) / BOARD_M**2),
+        "unknown_skewed_picture": ("picture_skew", true.get("skewed")),
+    }[kind]
+    assert term.target == expected[0] and term.coefficient == pytest.approx(expected[1], rel=0.1)
+    assert law.closed > 0.95
+    assert not [name for name, one in measurement_tests(series).findings.items() if one.found]
+    path = tmp_path / "law-1.toml"
+    path.write_text(law_text(law.law, "boards"))
+    _, again = loaded(kind, 0.8, 5, runs=2, laws=(path,))
     assert changed_pictures(again) == []
     assert not [name for name, one in measurement_tests(again).findings.items() if one.found]
 

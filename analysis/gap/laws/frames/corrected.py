@@ -17,8 +17,9 @@ from analysis.gap.laws.frames.markers import BODIES, without_markers
 from analysis.gap.laws.frames.rows import key_of, size_of
 from analysis.gap.laws.frames.seen_disk import without_seen_disk
 from analysis.gap.series import Series, with_times, with_tracks
-from ovines.camera import Camera
+from ovines.camera import Camera, midpoints
 from ovines.camera.bends import BENDS, bend_px
+from ovines.camera.boards import BOARDS, board_bend_px
 from ovines.core.laws.terms import Term, WrittenLaw
 from ovines.core.laws.words import NES_CARD, NES_PICTURE, NES_PLACE
 from ovines.errors import InputError
@@ -130,10 +131,14 @@ def _bent_back(
 def without_lasting_bends(
     tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording, laws: Sequence[WrittenLaw]
 ) -> pd.DataFrame:
-    """``tracks`` of one recording without what ``laws`` say of its cameras' pictures in all frames alike; cameras are
-    numbered as the recording has them."""
+    """``tracks`` of one recording without what ``laws`` say of its cameras' pictures, or of the boards that these were
+    calibrated on, in all frames alike; cameras are numbered as the recording has them."""
     terms = [term for law in laws for term in law.terms if lasts(term)]
+    by_boards = [term for term in terms if term.target in BOARDS]
+    terms = [term for term in terms if term.target in BENDS]
     _refuse_strange(terms, len(cameras))
+    if by_boards:
+        tracks = _without_boards(tracks, cameras, recording, by_boards)
     parts = [tracks[~tracks["camera"].isin([camera.name for camera in cameras])]]
     for number, camera in enumerate(cameras):
         own, bent = tracks[tracks["camera"] == camera.name], [t for t in terms if int(t.x) == number]
@@ -142,9 +147,50 @@ def without_lasting_bends(
     return pd.concat(parts).sort_index() if terms else tracks
 
 
+def _without_boards(
+    tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording, terms: Sequence[Term]
+) -> pd.DataFrame:
+    """``tracks`` without what boards that were not true do to every camera; at the markers' height."""
+    height_m = _markers_height_m(tracks, cameras, recording)
+    out = tracks.copy()
+    for camera in cameras:
+        own = (tracks["camera"] == camera.name).to_numpy()
+        offset = np.asarray(recording.window_offset_px.get(camera.name, (0, 0)), float)
+        seen_px = tracks.loc[own, ["u_px", "v_px"]].to_numpy(float) + offset
+        moved_px = np.zeros_like(seen_px)
+        for _ in range(BENT_BACK):
+            moved_px = sum(
+                (
+                    t.coefficient * board_bend_px(t.target, t.x, t.y, camera, height_m, seen_px - moved_px)
+                    for t in terms
+                ),
+                np.zeros_like(seen_px),
+            )
+        out.loc[own, ["u_px", "v_px"]] = seen_px - moved_px - offset
+    return out
+
+
+def _markers_height_m(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording) -> float:
+    """Median height of the moving bodies' markers that the first two cameras both see."""
+    moving = [m for name in BODIES.values() if name in recording.bodies for m in recording.bodies[name].markers]
+    views = []
+    for camera in cameras[:2]:
+        own = tracks[(tracks["camera"] == camera.name) & tracks["marker"].isin(moving)]
+        offset = np.asarray(recording.window_offset_px.get(camera.name, (0, 0)), float)
+        views.append(own.set_index(["frame", "marker"])[["u_px", "v_px"]] + offset)
+    both = pd.concat(views, axis=1, join="inner").to_numpy(float)
+    if len(views) < 2 or len(both) == 0:
+        raise InputError(
+            "a law of calibration boards, and no marker that two cameras see",
+            "tracks of two cameras",
+            "leave the law away, or bring the tracks",
+        )
+    return float(np.nanmedian(midpoints(cameras[:2], [both[:, :2], both[:, 2:]])[:, 2]))
+
+
 def lasts(term: Term) -> bool:
     """Whether a term bends a camera's picture in all frames alike."""
-    return term.target in BENDS and not term.factors
+    return term.target in (*BENDS, *BOARDS) and not term.factors
 
 
 def changing(laws: Sequence[WrittenLaw]) -> list[WrittenLaw]:

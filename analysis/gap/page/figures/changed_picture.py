@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from analysis.figures.style import BLUE, GREY, label, legend, new_figure
 from ovines.camera import Camera
 from ovines.camera.bends import bend_px
+from ovines.camera.boards import BOARDS, board_bend_px
 from ovines.core.laws.terms import Term
 
 # Nodes along the longer side at the most; length of the longest arrow over their distance.
@@ -24,7 +25,11 @@ def changed_picture_figure(term: Term, camera: Camera) -> Figure:
     u, v = np.meshgrid(field.u_px[::step], field.v_px[::step], indexing="ij")
     nodes = np.column_stack([u.ravel(), v.ravel()])
     learnt = field.at(nodes)
-    told = term.coefficient * bend_px(term.target, term.y, nodes - camera.matrix[:2, 2])
+    if term.target in BOARDS:  # a shift of all is nobody's
+        told = term.coefficient * board_bend_px(term.target, term.x, term.y, camera, 0.0, nodes)
+        told += (learnt - told).mean(0)
+    else:
+        told = term.coefficient * bend_px(term.target, term.y, nodes - camera.matrix[:2, 2])
     apart = float(np.diff(field.u_px[::step]).min())
     larger = ARROW * apart / max(float(np.hypot(*told.T).max()), 1e-12)
     figure, axes = new_figure(height_in=3.4, margins_in=(0.75, 0.3, 0.5, 0.55))
