@@ -11,9 +11,10 @@ def _dented_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 
 def _flat_spot(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """Within 0.3 rad of the drive's axis, at either end: where a ring has been struck flat."""
-    at = float(rng.uniform(-0.3, 0.3)) + (np.pi if rng.random() < 0.5 else 0.0)
-    out = {"flat_m": 7e-4 * size * spread(rng), "flat_rad": at}
+    """Within 0.4 rad of the drive's axis, at either end: where a ring has been struck flat."""
+    side = 0.0 if rng.random() < 0.5 else np.pi
+    at = side + float(rng.uniform(-0.4, 0.4))
+    out = {"flat_m": 1.05e-3 * size * spread(rng), "flat_rad": at}
     draft.plant.update(out)
     return out
 

@@ -244,9 +244,7 @@ class FlightParameters:
     lab_pull_per_s2: float = 0.0  # a magnet of the room pulls along one line, by this times the way on it ...
     lab_pull_m: float = 0.0  # ... from here on ...
     lab_pull_rad: float = 0.0  # ... in this direction
-    struck_charge_m_per_s2: float = (
-        0.0  # each blow charges the disk, and adds this to how it is drawn to the wall there
-    )
+    struck_charge_m_per_s2: float = 0.0  # a charged disk is drawn to the wall there by this more after each blow
     charged_per_s2: float = 0.0  # a charged disk is drawn outwards by at most this times its place
     poles_m_per_s2: float = 0.0  # a magnetised disk between two opposed poles: a push that turns against its angle
     poles_rad: float = 0.0

@@ -40,8 +40,9 @@ BY_THE_RIM = (
 # How many causes of each; of the others six, five, two and three.
 STAGES = {"overlooked": (7, 5, 2, 2), "borrowed": (7, 4, 2, 3), "likely": (5, 3, 2, 6), "expected": (7, 5, 2, 2)}
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
-# limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half; light
-# blows soon stick, and where a wall holds less more blows slip.
+# limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half, and of a
+# restitution divided by the approach; light blows soon stick, and where a wall holds less more blows slip; a chord that
+# is half as deep is not as long.
 BENT = {
     "unknown_swinging_ring": 0.25,
     "unknown_slip_weakened_wall": 0.35,
@@ -53,6 +54,8 @@ BENT = {
     "unknown_running_side": 0.2,
     "unknown_glazed_floor": 0.25,
     "unknown_damped_contact": 0.2,
+    "unknown_flat_spot": 0.2,
+    "unknown_cleaned_wall": 0.2,
 }
 
 
