@@ -22,8 +22,10 @@ from analysis.blind.recording.markers import (
     bent_m,
     blurred,
     carded,
+    crept,
     draw_marks,
     flung,
+    misread,
     on_the_board,
     played,
     risen,
@@ -189,7 +191,9 @@ def _points(
     for pose, time_s in zip(poses, times, strict=True):
         card = played(carded(pose.nes, time_s, blows, errors), time_s, blows, errors)
         card = risen(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
+        card = misread(card, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
+        points = crept(points, pose.nes[:, 3], time_s, motion.impacts, errors)
         points = shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors)
         out.append(on_the_board(bulged(points, pose.host, errors), errors))
     return out

@@ -163,6 +163,20 @@ FLOOR_FRICTION = [
     Cause("unknown_chattering_slide", "flight", _chattering_slide),
     # Friction of plastic: it holds what creeps and lets run what runs.
     Cause("unknown_stribeck_floor", "flight", changes({"stribeck": 0.8}), follows="the slip's speed"),
+    # A film of oil that carries what runs, and through which what creeps touches.
+    Cause(
+        "unknown_mixed_lubrication",
+        "flight",
+        changes({"mixed": 0.5}),
+        follows="the square of the slip's speed, where it is slow",
+    ),
+    # Friction of rest that is more than of sliding.
+    Cause(
+        "unknown_breakaway",
+        "flight",
+        changes({"breakaway": 0.6}),
+        follows="whether the slip is slower than some speed",
+    ),
     # Friction whose junctions are the stronger the faster they are sheared.
     Cause(
         "unknown_strengthening_floor",

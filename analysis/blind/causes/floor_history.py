@@ -4,6 +4,8 @@ import numpy as np
 
 from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread, vector
 
+BENCH_RUNS = 3.0  # after which a bench has warmed by two thirds
+
 
 def _cleaned_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Once, somewhere in the middle of the series: as much less than on the mean before as more from then on."""
@@ -26,6 +28,14 @@ def _humid_day(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     most, phase = 0.26 * size * spread(rng), float(rng.uniform(0.0, 2.0 * np.pi))
     draft.run_numbers.update(humid=most * np.sin(2.0 * np.pi * np.arange(runs) / runs + phase))
     return {"humid": most, "phase_rad": phase}
+
+
+def _warming_bench(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """By e to minus the runs before, more at first, around the mean of the series."""
+    most = 0.4 * size * spread(rng)
+    cold = np.exp(-np.arange(runs) / BENCH_RUNS)
+    draft.run_numbers.update(bench=most * (cold - cold.mean()))
+    return {"bench": most, "runs": BENCH_RUNS}
 
 
 def _gritty_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -199,6 +209,14 @@ FLOOR_HISTORY = [
         "flight",
         _humid_day,
         follows="the number of the run, once up and down",
+        rivals=("friction_drift",),
+    ),
+    # A bench that warms in the first runs of a day.
+    Cause(
+        "unknown_warming_bench",
+        "flight",
+        _warming_bench,
+        follows="the number of the run, ever less of the friction",
         rivals=("friction_drift",),
     ),
     # A floor and a washer that blows polish, and that are wiped between the runs.

@@ -39,6 +39,13 @@ def _pull(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _lab_magnet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Along any direction of the room, towards either side or off it, with none within 12 mm of its middle."""
+    out = {"lab_pull_per_s2": 16.0 * size * spread(rng) * sign(rng), "lab_pull_m": float(rng.uniform(-0.012, 0.012))}
+    draft.plant.update(out, lab_pull_rad=float(rng.uniform(0.0, np.pi)))
+    return out
+
+
 def _tether(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     x, y = vector(0.03, rng)
     out = {"tether_per_s2": 40.0 * size * spread(rng), "tether_x_m": x, "tether_y_m": y}
@@ -218,6 +225,14 @@ FORCES = [
         follows="the slip over the Host's floor, and the spin over it",
         rivals=("viscous_drag",),
     ),
+    # A floor whose oil warms as it is sheared, or is rubbed off, and is laid anew before each run.
+    Cause(
+        "unknown_fading_film",
+        "flight",
+        changes({"fading_film_per_s": 0.4}),
+        follows="the slip over the Host's floor, ever less in the course of the run",
+        rivals=("viscous_drag",),
+    ),
     # A film of air below the disk, which a blow fills and which thins until the next.
     Cause(
         "unknown_thinning_film",
@@ -231,6 +246,14 @@ FORCES = [
     Cause("unknown_rail_drag", "flight", changes({"rail_per_s": 0.7}, ("rail_rad",))),
     Cause("unknown_air_stream", "flight", changes({"stream_per_s": 1.6}, ("stream_rad",))),
     Cause("unknown_cubic_drag", "flight", changes({"cubic_s_per_m2": 0.26})),
+    # Air that flows past the disk in layers.
+    Cause(
+        "unknown_boundary_layer",
+        "flight",
+        changes({"laminar_m_per_s2": 0.1}),
+        follows="the velocity in the room, times the root of its size",
+        rivals=("viscous_drag", "air_drag"),
+    ),
     # The amplifier's fan, which blows past the rig.
     Cause(
         "unknown_cooling_fan",
@@ -289,6 +312,14 @@ FORCES = [
         changes({"magnet_m_per_s2": 0.45}, signed=True),
         follows="the place in the room along the drive's axis",
     ),
+    # A magnet that stands in the room beside the rig.
+    Cause(
+        "unknown_lab_magnet",
+        "flight",
+        _lab_magnet,
+        follows="the place in the room along one direction, along that direction only",
+        rivals=("table_tilt",),
+    ),
     # Residue of an adhesive tape on the wall: it holds on to what leaves, until it tears.
     Cause("unknown_glue_thread", "flight", changes({"thread_m_per_s2": 5.0}), round_only=True, short_blows=True),
     # A steel ring that was turned in a magnetic chuck.
@@ -307,6 +338,15 @@ FORCES = [
         "flight",
         changes({"charged_per_s2": 26.0}),
         follows="the place from the Host's centre, times the way slid since the last blow",
+    ),
+    # A plastic ring, which charges the disk with each blow and draws it.
+    Cause(
+        "unknown_struck_charge",
+        "flight",
+        changes({"struck_charge_m_per_s2": 0.06}),
+        follows="the number of blows so far, over the square of the way from the disk's middle to the wall",
+        round_only=True,
+        short_blows=True,
     ),
     # A magnetised washer near a ring of aluminium.
     Cause(

@@ -10,6 +10,15 @@ def _dented_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"dent_m": draft.plant["dent_m"]}
 
 
+def _flat_spot(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Within 0.4 rad of the drive's axis, at either end: where a ring has been struck flat."""
+    side = 0.0 if rng.random() < 0.5 else np.pi
+    at = side + float(rng.uniform(-0.4, 0.4))
+    out = {"flat_m": 1.05e-3 * size * spread(rng), "flat_rad": at}
+    draft.plant.update(out)
+    return out
+
+
 def _packing_felt(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Evenly from run to run, as far inwards of the mean at first as outwards at last."""
     most = 2e-4 * size * spread(rng)
@@ -132,6 +141,22 @@ GEOMETRY = [
         "geometry",
         changes({"seam_bead_m": 5.5e-4}, ("seam_bead_rad",)),
         follows="the azimuth of the blow, at one place",
+        round_only=True,
+    ),
+    # A ring that something has struck flat.
+    Cause(
+        "unknown_flat_spot",
+        "geometry",
+        _flat_spot,
+        follows="the azimuth of the blow, at one place as deep as a chord",
+        round_only=True,
+    ),
+    # A ring that warms and widens in each run.
+    Cause(
+        "unknown_heated_ring",
+        "geometry",
+        changes({"heating_m": 7.5e-4}),
+        follows="the time in the run, ever less, all around",
         round_only=True,
     ),
     # A ring whose blows have worn it at both ends of the drive.

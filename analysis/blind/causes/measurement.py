@@ -27,6 +27,19 @@ def _flung_sticker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"flung_m": draft.view["flung_m"], "marker": float(draft.view["flung_marker"] + 1)}
 
 
+def _creeping_sticker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Any sticker but the middle one, any way on the disk."""
+    draft.view.update(creeping_m=vector(1.4e-5 * size * spread(rng), rng), creeping_marker=int(rng.integers(1, 5)))
+    x, y = draft.view["creeping_m"]
+    return {"x_m": x, "y_m": y, "marker": float(draft.view["creeping_marker"] + 1)}
+
+
+def _eccentric_print(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """To any side of the disk."""
+    draft.view.update(reading_rad=0.034 * size * spread(rng), reading_at_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"reading_rad": draft.view["reading_rad"], "angle_rad": draft.view["reading_at_rad"]}
+
+
 def _rubbery_card(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """So slow that each of its swings is in several frames."""
     draft.view.update(card_s=1.35e-3 * size * spread(rng), card_hz=float(rng.uniform(25.0, 60.0)))
@@ -216,6 +229,20 @@ MEASUREMENT = [
         seen("card_play_rad", 0.023),
         follows="the sense of the last blow's change of spin",
         short_blows=True,
+    ),
+    # A sticker of the disk whose glue gives a little in each blow.
+    Cause(
+        "unknown_creeping_sticker",
+        "measurement",
+        _creeping_sticker,
+        follows="the number of blows so far, at one marker of the disk",
+    ),
+    # Markers of the disk that were printed around another point than their middle.
+    Cause(
+        "unknown_eccentric_print",
+        "measurement",
+        _eccentric_print,
+        follows="the disk's angle once around, in the angle itself",
     ),
     # The disk's markers are on a card that is not level.
     Cause(

@@ -148,6 +148,22 @@ RESTITUTION = [
         follows="the approach speed, evenly",
         rivals=("speed_dependent_restitution",),
     ),
+    # A wall of plastic or rubber, viscoelastic as a sphere's contact is.
+    Cause(
+        "unknown_viscoelastic_wall",
+        "impact",
+        changes({"viscoelastic": 0.42}),
+        follows="the fifth root of the approach speed",
+        rivals=("speed_dependent_restitution",),
+    ),
+    # A contact with a spring and a dashpot that grows with its way.
+    Cause(
+        "unknown_damped_contact",
+        "impact",
+        changes({"dashpot_s_per_m": 0.13}),
+        follows="one over one and the approach speed",
+        rivals=("speed_dependent_restitution",),
+    ),
     # A washer that yields in hard blows only.
     Cause(
         "unknown_yield_speed",
@@ -187,6 +203,14 @@ RESTITUTION = [
         "impact",
         changes({"loosened": 0.3}),
         follows="the number of the blow in its run",
+    ),
+    # A washer that blows heat, and that cools between the runs.
+    Cause(
+        "unknown_heated_washer",
+        "impact",
+        changes({"heated": 0.2}),
+        follows="the energy that the blows so far have taken",
+        rivals=("restitution_drift",),
     ),
     # The wall's coating is still pressed in where it was hit the last time.
     Cause("unknown_bruised_wall", "impact", changes({"bruise": 0.35})),

@@ -26,6 +26,14 @@ def _fouled_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"fouled": most}
 
 
+def _cleaned_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Once, somewhere in the middle of the series: as much less than on the mean before as more from then on."""
+    most = 0.6 * size * spread(rng)
+    first = max(round(runs * float(rng.uniform(0.35, 0.65))), 1)
+    draft.run_numbers.update(cleaned_wall=most * np.where(np.arange(runs) < first, -1.0, 1.0))
+    return {"cleaned_wall": most, "from_run": float(first + 1)}
+
+
 def _curing_glue(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Evenly from run to run, as much less than on the mean at first as more at last."""
     most = 0.9 * size * spread(rng)
@@ -162,6 +170,20 @@ WALL_FRICTION = [
     ),
     # A wall that the disk's own wear fouls from run to run.
     Cause("unknown_fouled_wall", "impact", _fouled_wall, follows="the number of the run"),
+    # A wall that is cleaned once, between two runs.
+    Cause(
+        "unknown_cleaned_wall",
+        "impact",
+        _cleaned_wall,
+        follows="the number of the run, from one on, where the disk slips",
+    ),
+    # A wall with a film of oil, which drags with the slip and not with the blow.
+    Cause(
+        "unknown_oiled_wall",
+        "impact",
+        changes({"wet_wall": 0.7}),
+        follows="the slip, in proportion, whatever the approach speed",
+    ),
     # A washer that skims along the wall's asperities in grazing blows.
     Cause(
         "unknown_skimming_washer",

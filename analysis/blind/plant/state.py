@@ -28,4 +28,5 @@ HERE_X, HERE_Y = 33, 34  # where the disk was in the last impact, from the Host'
 THERE_X, THERE_Y = 35, 36  # ... and in the one before
 LEFT = 37  # speed over the Host's floor with which the last impact has left the disk (m/s), of one that planes
 BLOWS = 38  # impacts so far that were no mere touch
-STATES = 39
+HEAT = 39  # energy per unit mass that a disk which blows heat has taken up in them so far (m^2/s^2)
+STATES = 40

@@ -44,6 +44,8 @@ class ViewErrors:
     # the markers, and how the bodies are found
     centre_marker_offset_m: tuple[float, float] = (0.0, 0.0)
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run
+    creeping_m: tuple[float, float] = (0.0, 0.0)  # a sticker of the disk moves by this much with each blow, on it ...
+    creeping_marker: int = 1  # ... this one, the middle one being 0
     tab_m: float = 0.0  # a marker of the Host stays back by this much at 8 g of it ...
     tab_marker: int = 0  # ... this one
     flung_m: float = 0.0  # a sticker of the disk is flung outwards by at most this ...
@@ -52,6 +54,8 @@ class ViewErrors:
     card_hz: float = 40.0  # ... so many times a second
     risen_s: float = 0.0  # the disk's markers stand higher by this after a blow that changes its velocity by 1 m/s
     card_play_rad: float = 0.0  # the disk's markers lie turned by this to the side that the last blow has left them at
+    reading_rad: float = 0.0  # the disk's markers lie turned by this times the sine of its angle ...
+    reading_at_rad: float = 0.0  # ... from this one on
     card_lean_rad: float = 0.0  # the card with the disk's markers leans by this much ...
     card_rad: float = 0.0  # ... towards this direction of the disk, where it stands the highest
     blur_s: float = 0.0  # each body's place and angle scatter by the way (turn) of this time

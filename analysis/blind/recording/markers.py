@@ -14,6 +14,7 @@ FLUNG_RAD_PER_S = 40.0  # spin at which a loose sticker stands out half the way
 RISEN_S = 0.05  # in which a disk that a blow has lifted comes down again: a flight
 PLAY_RAD_PER_S = 2.0  # change of spin in a blow that throws a card with play to three quarters of it
 BOARD_M = 0.05  # from the world's origin to where a bowed board is off by what its cause says: at the Host's markers
+TOUCH_M_PER_S = 0.3  # approach of an impact that is a mere touch and moves no sticker
 CARD_S = 0.03  # in which a card on soft glue comes to rest on its disk
 
 
@@ -146,6 +147,16 @@ def played(nes: Floats, time_s: Floats, blows: Floats, errors: ViewErrors) -> Fl
     return out
 
 
+def misread(nes: Floats, errors: ViewErrors) -> Floats:
+    """Poses (n, 4: x, y, z, angle) of the disk's markers, printed around another point than their own middle as an
+    encoder's scale may be, where those of the disk are `nes`: turned by `reading_rad` sin(angle - `reading_at_rad`)."""
+    if errors.reading_rad == 0.0:
+        return nes
+    out = nes.copy()
+    out[:, 3] += errors.reading_rad * np.sin(nes[:, 3] - errors.reading_at_rad)
+    return out
+
+
 def risen(nes: Floats, time_s: Floats, impact_s: Floats, kicks: Floats, errors: ViewErrors) -> Floats:
     """Poses (n, 4: x, y, z, angle) of the disk's markers, at `time_s` (n,), where those of the disk on its floor are
     `nes`: a blow lifts it, and two cameras that look askew see its markers shifted, each to its own side.
@@ -175,6 +186,22 @@ def flung(points_m: np.ndarray, angle_rad: np.ndarray, time_s: np.ndarray, error
     away = points_m[:, loose, :2] - points_m[:, DISK[0], :2]
     away /= np.hypot(*away.T)[:, None]
     out[:, loose, :2] += (errors.flung_m * square / (square + FLUNG_RAD_PER_S**2))[:, None] * away
+    return out
+
+
+def crept(points_m: Floats, angle_rad: Floats, time_s: Floats, impacts: Floats, errors: ViewErrors) -> Floats:
+    """Points (frames, markers, 3) where one sticker of the disk creeps at each blow, always the same way on it, and is
+    put right between the runs.
+
+    By `creeping_m` (x, y in the disk, whose angle is `angle_rad`) times the blows before, of the `impacts` (k, 3: time,
+    normal and tangential approach) that were no mere touch.
+    """
+    if errors.creeping_m == (0.0, 0.0):
+        return points_m
+    blows = np.searchsorted(impacts[impacts[:, 1] > TOUCH_M_PER_S, 0], time_s, side="right")
+    c, s, (x, y), out = np.cos(angle_rad), np.sin(angle_rad), errors.creeping_m, points_m.copy()
+    way = blows[:, None] * np.column_stack([c * x - s * y, s * x + c * y])
+    out[:, DISK[errors.creeping_marker], :2] += way
     return out
 
 

@@ -34,6 +34,9 @@ def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
 def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
     """Air of the room: across the way of a spinning disk, with the third power of the speed, along a rail.
 
+    Of air that flows past the disk in layers, too slowly for eddies, the drag goes with the power 3/2 of the speed:
+    `laminar_m_per_s2` (v / 1 m/s)^(3/2).
+
     A fan, of an amplifier or a lamp, blows it past the rig at `fan_m_per_s` towards `fan_rad`: the drag is `fan_per_m`
     |u| u, u the disk's velocity against that.
     """
@@ -42,6 +45,10 @@ def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
     out[VY] += p.magnus * state[SPIN] * vx
     if p.cubic_s_per_m2 != 0.0:
         slowed = p.cubic_s_per_m2 * (vx**2 + vy**2)
+        out[VX] -= slowed * vx
+        out[VY] -= slowed * vy
+    if p.laminar_m_per_s2 != 0.0:
+        slowed = p.laminar_m_per_s2 * np.sqrt(np.sqrt(vx**2 + vy**2))
         out[VX] -= slowed * vx
         out[VY] -= slowed * vy
     if p.fan_per_m != 0.0:

@@ -6,8 +6,9 @@ from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, AZIMUTH, COUNT, IMPACT_S, SPIN, VX, VY, WAY, WAY_BEFORE, X, Y
+from analysis.blind.plant.state import ANGLE, AZIMUTH, BLOWS, COUNT, IMPACT_S, SPIN, VX, VY, WAY, WAY_BEFORE, X, Y
 
+CORE_M = 0.002  # from the Host's centre, within which a charged disk is drawn to no side
 CHARGE_M = 0.03  # way on which most of the charge that a disk can hold has gathered
 FIELD_M = 0.04  # way along x on which the shaker's stray field falls off
 MAGNET_M = 0.15  # along x, from the middle of the room to the shaker's magnet
@@ -35,6 +36,8 @@ def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
 
     The shaker's magnet, at one side of the room, draws it with the inverse fourth power of the distance; the floor was
     levelled with the disk at rest in the middle, which leaves `magnet_m_per_s2` ((`MAGNET_M` / distance)^4 - 1).
+    A magnet that stands in the room draws it along one line, evenly more along that: by `lab_pull_per_s2` (s -
+    `lab_pull_m`), s its place in the room along `lab_pull_rad`.
     A steel ring that a magnetic chuck has held has two poles: `_add_ring_poles`.
     """
     if p.pull_m_per_s2 != 0.0:
@@ -56,6 +59,11 @@ def _add_pulls(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VY] += pull * np.sin(p.coil_rad)
     if p.ring_poles_m_per_s2 != 0.0:
         _add_ring_poles(at, p, out)
+    if p.lab_pull_per_s2 != 0.0:
+        a, b = np.cos(p.lab_pull_rad), np.sin(p.lab_pull_rad)
+        pull = p.lab_pull_per_s2 * (a * at.state[X] + b * at.state[Y] - p.lab_pull_m)
+        out[VX] += pull * a
+        out[VY] += pull * b
     if p.magnet_m_per_s2 != 0.0:
         side = 1.0 if p.magnet_m_per_s2 > 0.0 else -1.0
         near = MAGNET_M / (MAGNET_M - side * at.state[X])
@@ -81,10 +89,20 @@ def _add_ring_poles(at: Instant, p: PlantParameters, out: Floats) -> None:
 @inlined
 def _add_charge(at: Instant, p: PlantParameters, out: Floats) -> None:
     """Sliding charges a disk, and the metal ring draws it outwards; a blow discharges it: `charged_per_s2` (x, y)
-    (1 - exp(-s / `CHARGE_M`)), s the way slid since the last blow."""
+    (1 - exp(-s / `CHARGE_M`)), s the way slid since the last blow.
+
+    A disk that each of n blows charges is drawn to the wall: by `struck_charge_m_per_s2` n (R / d)^2, R its radius and
+    d the way from its middle to the wall.
+    """
     if p.charged_per_s2 != 0.0:
         slid = max(at.state[WAY] - at.state[WAY_BEFORE], 0.0)
         pull = p.charged_per_s2 * (1.0 - np.exp(-slid / CHARGE_M))
+        out[VX] += pull * at.x
+        out[VY] += pull * at.y
+    if p.struck_charge_m_per_s2 != 0.0:
+        square = at.x * at.x + at.y * at.y
+        away = max(p.contact_radius_m + p.disk_radius_m - np.sqrt(square), p.disk_radius_m) / p.disk_radius_m
+        pull = p.struck_charge_m_per_s2 * at.state[BLOWS] / away**2 / np.sqrt(square + CORE_M**2)
         out[VX] += pull * at.x
         out[VY] += pull * at.y
 

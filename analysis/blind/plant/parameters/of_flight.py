@@ -84,6 +84,10 @@ class FlightParameters:
     film_rad_per_s: float = 60.0
     lift: float = 0.0  # floor friction less by this share at lift_m_per_s and more, with the square of the speed
     lift_m_per_s: float = 2.0
+    mixed: float = 0.0  # floor friction more by this share at rest, like a bell of mixed_m_per_s over the speed
+    mixed_m_per_s: float = 1.3
+    breakaway: float = 0.0  # floor friction more by this share at speeds below breakaway_m_per_s
+    breakaway_m_per_s: float = 1.0
     strengthening: float = 0.0  # floor friction more by this share where the speed is e times as much
     chatter: float = 0.0  # share of the floor friction lost at slips near chatter_m_per_s
     chatter_m_per_s: float = 0.7
@@ -126,6 +130,7 @@ class FlightParameters:
     cleaned: float = 0.0  # of each run: floor friction more by this share
     turned: float = 0.0  # of each run: floor friction more by this share
     humid: float = 0.0  # of each run: floor friction more by this share
+    bench: float = 0.0  # of each run: floor friction more by this share
     glazed: float = 0.0  # floor friction times e to minus this times the blows of the run so far
     strewn: float = 0.0  # floor friction more by this share with each blow of a run
     debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
@@ -197,11 +202,14 @@ class FlightParameters:
     wobble_per_s: float = 0.0  # a wobbling disk is pushed by this times the last blow's approach at first ...
     wobble_rad_per_s: float = 0.0  # ... and round at this rate
     oil_film_per_s: float = 0.0  # drag of an oil film on the slip, and on the spin over the floor
+    fading_film_per_s: float = 0.0  # the same of a film of oil that loses its grip in a run, this as it begins ...
+    fading_film_s: float = 0.4  # ... and less by two thirds after this
     thin_film_per_s: float = 0.0  # the same of a film of air that has thinned since the last blow
     # air
     viscous_per_s: float = 0.0
     air_per_m: float = 0.0
     cubic_s_per_m2: float = 0.0  # drag with the third power of the speed
+    laminar_m_per_s2: float = 0.0  # drag with the power 3/2 of the speed, this at 1 m/s
     rail_per_s: float = 0.0  # drag along one direction of the room
     rail_rad: float = 0.0
     sail_per_m: float = 0.0  # drag with the square of the speed across a sail on the disk ...
@@ -233,6 +241,10 @@ class FlightParameters:
     coil_m_per_s2: float = 0.0  # the shaker's coil pulls in one direction, with the square of the Host's acceleration
     coil_rad: float = 0.0
     magnet_m_per_s2: float = 0.0  # the shaker's magnet draws the disk, more towards the side of x that its sign says
+    lab_pull_per_s2: float = 0.0  # a magnet of the room pulls along one line, by this times the way on it ...
+    lab_pull_m: float = 0.0  # ... from here on ...
+    lab_pull_rad: float = 0.0  # ... in this direction
+    struck_charge_m_per_s2: float = 0.0  # a charged disk is drawn to the wall there by this more after each blow
     charged_per_s2: float = 0.0  # a charged disk is drawn outwards by at most this times its place
     poles_m_per_s2: float = 0.0  # a magnetised disk between two opposed poles: a push that turns against its angle
     poles_rad: float = 0.0

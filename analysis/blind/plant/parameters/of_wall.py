@@ -24,6 +24,8 @@ class WallParameters:
     step_rad: float = 0.0
     joint_m: float = 0.0  # the wall's two ends overlap by this much, its radius goes round from one to the other
     joint_rad: float = 0.0
+    flat_m: float = 0.0  # the wall is cut off straight, this deep in the middle ...
+    flat_rad: float = 0.0  # ... which is here
     split_m: float = 0.0  # the wall's two halves are this far from each other along their joint
     split_rad: float = 0.0
     chucked_m: float = 0.0  # the wall's radius is more by this at three places, less between them
@@ -67,6 +69,7 @@ class WallParameters:
     crept_x_m: float = 0.0  # of each run: where the wall has crept to
     crept_y_m: float = 0.0
     breathing_m: float = 0.0  # the wall's radius grows by twice this much during a run
+    heating_m: float = 0.0  # the wall's radius grows by nearly this much during a run, ever more slowly
     liner: float = 0.0  # an ellipse of the wall that turns during the run
     liner_rad: float = 0.0
     liner_rad_per_s: float = 0.0
@@ -138,6 +141,8 @@ class WallParameters:
     oblique: float = 0.0  # share of the restitution lost in blows that only slip
     shingled: float = 0.0  # restitution lost in slips of one sense and won in those of the other
     straight_s_per_m: float = 0.0  # restitution lost per approach, as much less in light blows as in hard ones more
+    viscoelastic: float = 0.0  # restitution less in hard blows and more in light ones, with the fifth root of the speed
+    dashpot_s_per_m: float = 0.0  # restitution divided by one and this times the approach
     yielded: float = 0.0  # power of the approach with which restitution falls where the blow makes metal yield
     plastic: float = 0.0  # restitution less in hard blows and more in light ones, with the fourth root of the approach
     wetted_m_per_s: float = 0.0  # speed that the wall's film takes of a blow's approach
@@ -150,6 +155,7 @@ class WallParameters:
     damage: float = 0.0  # restitution lost for good after a blow harder than damage_m_per_s
     damage_m_per_s: float = 1.6
     loosened: float = 0.0  # share of the restitution lost after many blows of a run
+    heated: float = 0.0  # share of the restitution lost once blows have heated the disk well
     two_edges: float = 0.0  # restitution more and less in turn, from impact to impact
     ringing: float = 0.0  # restitution that swings about, at this frequency, from the impact before on
     ringing_rad_per_s: float = 250.0
@@ -220,6 +226,8 @@ class WallParameters:
     shaken: float = 0.0  # share of the wall friction lost at 8 g of the Host, whichever way
     wiped: float = 0.0  # of each run: wall friction more by this share
     fouled: float = 0.0  # of each run: wall friction more by this share
+    cleaned_wall: float = 0.0  # of each run: wall friction more by this share
+    wet_wall: float = 0.0  # share of the wall's friction that is an oil film's drag instead
     cohesion_m_per_s: float = 0.0  # the wall's friction beyond its share of the blow
     band_m_per_s: float = 0.0  # the most that a blow changes the slip's side of the disk by; 0: no band
     # how much of the slip comes back

@@ -9,6 +9,7 @@ from analysis.blind.plant.state import (
     AZIMUTH,
     BLOWS,
     HARDEST,
+    HEAT,
     HERE_X,
     HERE_Y,
     NOD_VX,
@@ -86,9 +87,22 @@ def remember(
         new[THERE_X], new[THERE_Y] = state[HERE_X], state[HERE_Y]
         new[HERE_X], new[HERE_Y] = blow.middle_x, blow.middle_y
         remember_swing(new, state, blow.time, p)
+        if p.heated != 0.0:
+            new[HEAT] = state[HEAT] + taken(blow, push_n, push_t, p)
         if p.nodding != 0.0:
             new[NOD_VX] -= push_n * blow.nx - push_t * blow.ny
             new[NOD_VY] -= push_n * blow.ny + push_t * blow.nx
+
+
+@inlined
+def taken(blow: Blow, push_n: float, push_t: float, p: PlantParameters) -> float:
+    """Energy per unit mass (m^2/s^2) that both impulses (m/s) take from the disk against the wall: each times the mean
+    of its point's velocity before and after."""
+    inertia = p.inertia_factor * p.disk_radius_m**2
+    turn = (push_n * blow.lever_n + push_t * blow.lever_t) / inertia
+    along_n = blow.approach + 0.5 * (push_n + blow.lever_n * turn)
+    along_t = blow.slip + 0.5 * (push_t + blow.lever_t * turn)
+    return max(-push_n * along_n - push_t * along_t, 0.0)
 
 
 @inlined

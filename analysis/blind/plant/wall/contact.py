@@ -12,6 +12,7 @@ from analysis.blind.plant.wall.impulses import impulses
 from analysis.blind.plant.wall.motion import leaked, receded, squashed, wall_offset, wall_velocity
 from analysis.blind.plant.wall.shape import (
     flat_gap,
+    heating_speed,
     peeled,
     planed,
     pressed,
@@ -92,6 +93,9 @@ def contact_velocity(
         ux, uy = ux - moves * nx, uy - moves * ny
     if p.relaxing_m != 0.0 and from_x * nx + from_y * ny > 0.0:
         moves = relaxed(np.arctan2(from_y, from_x), 2.0 / p.duration_s, p)[0]
+        ux, uy = ux - moves * nx, uy - moves * ny
+    if p.heating_m != 0.0 and from_x * nx + from_y * ny > 0.0:
+        moves = heating_speed(time, p)
         ux, uy = ux - moves * nx, uy - moves * ny
     moves_x, moves_y = wall_velocity(time, state, acceleration, p, host)
     ux, uy = ux - moves_x, uy - moves_y

@@ -137,6 +137,7 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
     The rim is wiped with alcohol before some of the runs, and touched by hand before the others: 1 + `wiped`, the run's
     own.
     Wear of the disk fouls the wall from run to run: 1 + `fouled`, the run's own.
+    The wall is cleaned once between two runs: 1 + `cleaned_wall`, the run's own.
     A wall that was roughened before each run is run in blow by blow: 1 - `run_in` (1 - exp(-n / `RUN_IN_BLOWS`)), n the
     blows before.
     """
@@ -156,6 +157,8 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
         share *= max(1.0 + p.wiped, LEAST_FRICTION)
     if p.fouled != 0.0:
         share *= max(1.0 + p.fouled, LEAST_FRICTION)
+    if p.cleaned_wall != 0.0:
+        share *= max(1.0 + p.cleaned_wall, LEAST_FRICTION)
     return share
 
 

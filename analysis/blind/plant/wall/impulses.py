@@ -9,15 +9,25 @@ from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.friction import tangential_restitution, wall_friction
 from analysis.blind.plant.wall.restitution import restitution
 
+WET_DRAG = 0.1  # impulse along an oiled wall over the slip: a third would stop it
+
 
 @inlined
 def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tuple[float, float]:
-    """Along the normal and along the tangent (m/s); `bounce` 0: no rebound, stick at best."""
+    """Along the normal and along the tangent (m/s); `bounce` 0: no rebound, stick at best.
+
+    A wall with a film of oil drags with the slip, whatever the blow presses: for the share `wet_wall` the impulse along
+    the tangent is -`WET_DRAG` slip in place of Coulomb's.
+    """
     w_nn, w_tt, w_nt = _compliance(blow, bounce, p)
     change_n = -(1.0 + restitution(blow, state, p) * bounce) * blow.approach
     change_t = -(1.0 + tangential_restitution(blow, state, p) * bounce) * (blow.slip - p.teeth_m_per_s * bounce)
     mu, glue = wall_friction(blow, state, p), p.cohesion_m_per_s * bounce
     push_n, push_t = _cut(change_n, change_t, blow.slip, mu, glue, w_nn, w_tt, w_nt)
+    if bounce > 0.0 and p.wet_wall != 0.0:
+        wet = min(p.wet_wall, 1.0)
+        push_t = (1.0 - wet) * push_t - wet * WET_DRAG * blow.slip
+        push_n = (change_n - w_nt * push_t) / w_nn
     if bounce == 0.0 or p.band_m_per_s == 0.0 or abs(push_t) <= p.band_m_per_s:
         return push_n, push_t
     # A band around the disk's rim slips on it: beyond its limit it hands on no more.

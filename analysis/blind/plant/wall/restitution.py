@@ -6,7 +6,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import AZIMUTH, COUNT, HARDEST, IMPACT_S, NORMAL, SPIN, STRUCK, WAY, WAY_BEFORE
+from analysis.blind.plant.state import AZIMUTH, COUNT, HARDEST, HEAT, IMPACT_S, NORMAL, SPIN, STRUCK, WAY, WAY_BEFORE
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.motion import tiredness
 
@@ -20,6 +20,10 @@ PAD_RAD, PAD_M_PER_S = 0.9, 1.0  # of the wall's azimuth; approach at which a pa
 BOLT_RAD = 0.3  # of the wall's azimuth, from a bolt to where it stiffens the ring three fifths as much
 PLASTIC_M_PER_S = 0.9  # approach at which a rim that yields gives back what it does on the mean
 STRAIGHT_M_PER_S = 1.5  # approach at which a restitution that falls evenly is what it is
+FIFTH_M_PER_S = 1.2  # approach at which a restitution that falls with the fifth root is what it is
+TOUCH_M_PER_S = 0.2  # approach of a touch, below which it rises no more: else the disk would hardly come to rest
+DASHPOT_M_PER_S = 1.2  # and one that a dashpot beside the spring takes from
+HEATED_M2_PER_S2 = 10.0  # energy per unit mass that blows take in a run, about: a disk is then well heated
 YIELD_M_PER_S = 1.3  # approach of a blow that just makes metal yield
 PLASTIC_MOST = 1.3  # fourth root of how much lighter a blow may be and still give back more
 SWEPT_M = 0.04  # way on which most of the dust that a rim can gather has gathered before it
@@ -146,6 +150,10 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
     A liner wound with overlaps lies like shingles: a blow that runs against their edges loses what one that runs with
     them wins, `shingled` tanh(slip / `SHINGLE_M_PER_S`).
     A wall returns the less the harder the blow, evenly: `straight_s_per_m` (approach - `STRAIGHT_M_PER_S`) is lost.
+    What is viscoelastic loses with the fifth root of the approach: `viscoelastic` (approach^(1/5) -
+    `FIFTH_M_PER_S`^(1/5)), of touches as at `TOUCH_M_PER_S`.
+    A spring with a dashpot that grows with its way returns 1 / (1 + a approach), a `dashpot_s_per_m`: over what it is
+    at `DASHPOT_M_PER_S`.
     Beyond `YIELD_M_PER_S` metal yields: times (`YIELD_M_PER_S` / approach)^`yielded`, a quarter in the textbooks.
     An oblique blow shears the wall and returns less, or more: times 1 - `oblique` slip^2 / (slip^2 + approach^2).
     Metal yields at an edge, and the harder the blow the more is lost: times 1 + `plastic` ((`PLASTIC_M_PER_S` /
@@ -155,6 +163,12 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
     value = _raised(value, -p.shingled * np.tanh(blow.slip / SHINGLE_M_PER_S))
     if p.straight_s_per_m != 0.0:
         value = _raised(value, -p.straight_s_per_m * (blow.approach - STRAIGHT_M_PER_S))
+    if p.viscoelastic != 0.0:
+        root = max(blow.approach, TOUCH_M_PER_S) ** 0.2
+        value = _raised(value, -p.viscoelastic * (root - FIFTH_M_PER_S**0.2))
+    if p.dashpot_s_per_m != 0.0:
+        share = (1.0 + p.dashpot_s_per_m * DASHPOT_M_PER_S) / (1.0 + p.dashpot_s_per_m * blow.approach)
+        value = _times(value, share)
     if p.yielded != 0.0 and blow.approach > YIELD_M_PER_S:
         value *= (YIELD_M_PER_S / blow.approach) ** p.yielded
     if p.plastic != 0.0:
@@ -174,6 +188,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     `SCREWS_BLOWS`)), n the blows before.
     A disk sweeps dust together as it slides, which cushions its next blow and is scattered by it: `swept` (1 - exp(-s /
     `SWEPT_M`)) is lost, s the way slid since the blow before.
+    Blows heat a washer, which cools between the runs: times 1 - `heated` E / `HEATED_M2_PER_S2`, E the energy per unit
+    mass that those of the run have taken so far.
     """
     value += p.two_edges if state[COUNT] % 2.0 < 0.5 else -p.two_edges
     if p.ringing != 0.0 and state[COUNT] > 0.5:
@@ -184,6 +200,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     if p.swept != 0.0:
         slid = max(state[WAY] - state[WAY_BEFORE], 0.0)
         value = _raised(value, -p.swept * (1.0 - np.exp(-slid / SWEPT_M)))
+    if p.heated != 0.0:
+        value = _times(value, max(1.0 - p.heated * state[HEAT] / HEATED_M2_PER_S2, 0.0))
     value = value - p.tired * tiredness(blow.time, state)
     return _times(value, 1.0 - p.loosened * (1.0 - np.exp(-state[COUNT] / SCREWS_BLOWS)))
 

@@ -11,6 +11,7 @@ STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into th
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
 BEAD_RAD = 0.25  # of the wall, from a bead's top to where it stands in three fifths as far
 POCKET_RAD = 0.4  # of the wall, from the middle of a worn pocket to where it is three fifths as deep
+HEATING_S = 0.4  # in which a ring has widened by two thirds as it warms in a run
 SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
 CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
@@ -44,8 +45,8 @@ def reach(time: float, azimuth: float, disk_angle: float, p: PlantParameters) ->
 
 @inlined
 def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
-    """How much farther a wall lets the disk that is dented, stepped, jointed, split, chucked, worn or has a bead, or
-    that changes in a run: by an oval liner that turns, by a radius that grows, by an oval that relaxes."""
+    """How much farther a wall lets the disk that is dented, flat at one place, stepped, jointed, split, chucked, worn
+    or has a bead, or that changes in a run: by an oval liner that turns, a radius that grows, an oval that relaxes."""
     away = np.arctan2(np.sin(azimuth - p.dent_rad), np.cos(azimuth - p.dent_rad)) / p.dent_width_rad
     dent = p.dent_m * np.exp(-0.5 * away**2)
     edge = np.tanh(np.sin(azimuth - p.step_rad) / STEP_EDGE)
@@ -60,10 +61,42 @@ def _wall_reach(time: float, azimuth: float, p: PlantParameters) -> Reach:
     wider = p.breathing_m * (2.0 * time / p.duration_s - 1.0) + p.packed_m
     worn, flank = worn_reach(azimuth, p)
     rise = rise + round_ + along + askew + steeper + flank
+    flat, steeper = flat_reach(azimuth, p)
+    wider, rise = wider + flat + heated(time, p), rise + steeper
     if p.relaxing_m != 0.0:
         oval, steeper = relaxed(azimuth, 2.0 * time / p.duration_s - 1.0, p)
         worn, rise = worn + oval, rise + steeper
     return step + liner + joint + split + sprung + wider + worn - dent, rise + dent * away / p.dent_width_rad
+
+
+@inlined
+def flat_reach(azimuth: float, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring with a flat spot: not past a chord, which is `flat_m` nearer at
+    its middle, at `flat_rad`."""
+    if p.flat_m == 0.0:
+        return 0.0, 0.0
+    c, s = np.cos(azimuth - p.flat_rad), np.sin(azimuth - p.flat_rad)
+    chord = p.contact_radius_m - p.flat_m
+    if c * p.contact_radius_m <= chord:
+        return 0.0, 0.0
+    return chord / c - p.contact_radius_m, chord * s / c**2
+
+
+@inlined
+def heated(time: float, p: PlantParameters) -> float:
+    """How much farther the disk's middle gets (m) in a ring that warms in the course of a run and has cooled before the
+    next: `heating_m` (1 - exp(-t / `HEATING_S`)), less its mean over the run, t the time in it."""
+    if p.heating_m == 0.0:
+        return 0.0
+    share = HEATING_S / p.duration_s
+    cold_on_the_mean = share * (1.0 - np.exp(-1.0 / share))
+    return p.heating_m * (cold_on_the_mean - np.exp(-max(time, 0.0) / HEATING_S))
+
+
+@inlined
+def heating_speed(time: float, p: PlantParameters) -> float:
+    """How fast it widens (m/s), all around."""
+    return p.heating_m / HEATING_S * np.exp(-time / HEATING_S) if time > 0.0 else 0.0
 
 
 @compiled

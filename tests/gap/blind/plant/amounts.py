@@ -262,6 +262,22 @@ ORDERS = {
     "unknown_jogged_camera": ("pixels", 0.8),
     "unknown_warming_camera": ("pixels", 0.8),
     "unknown_skewed_picture": ("pixels", 0.7),
+    "unknown_breakaway": ("friction", 0.9),  # of disks slower than those of a run
+    "unknown_warming_bench": ("friction", 0.5),
+    "unknown_fading_film": ("force and torque", 0.6),
+    "unknown_lab_magnet": ("force", 0.35),
+    "unknown_mixed_lubrication": ("friction", 0.6),
+    "unknown_struck_charge": ("force", 0.3),
+    "unknown_boundary_layer": ("force", 0.16),  # of disks at 0.86 m/s along either axis; a run has faster ones
+    "unknown_viscoelastic_wall": ("kick", 0.06),
+    "unknown_damped_contact": ("kick", 0.03),  # of disks at 0.86 m/s along either axis; a run has harder blows
+    "unknown_heated_washer": ("kick", 0.1),
+    "unknown_oiled_wall": ("kick", 0.08),
+    "unknown_cleaned_wall": ("kick", 0.065),
+    "unknown_heated_ring": ("gap", 4e-4),
+    "unknown_flat_spot": ("gap", 1.8e-4),
+    "unknown_creeping_sticker": ("pixels", 0.32),  # of one marker of five
+    "unknown_eccentric_print": ("pixels", 0.7),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -291,6 +307,7 @@ OWN = {
     "unknown_bulging_lining": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows"),
     "unknown_wax_beads": ("bead_x", "bead_y"),
     "unknown_humming_ring": ("hard", "approach", "tired", "blows"),
+    "unknown_heated_washer": ("heat",),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -331,6 +348,8 @@ OF_THE_DISK = (
     "unknown_blooming_markers",
     "unknown_bulging_lid",
     "unknown_card_play",
+    "unknown_creeping_sticker",
+    "unknown_eccentric_print",
 )
 # Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
 AS_BEFORE = {
@@ -397,5 +416,13 @@ AS_BEFORE = {
         "unknown_jogged_camera",
         "restitution_drift+unknown_warming_camera",
         "camera_clock_offset+unknown_glazed_floor",
+    ],
+    "expected": [
+        "plane_tilt+unknown_oiled_wall",
+        "unknown_heated_ring",
+        "unknown_heated_washer",
+        "unknown_flat_spot",
+        "restitution_drift+unknown_creeping_sticker",
+        "camera_clock_offset+unknown_lab_magnet",
     ],
 }

@@ -34,7 +34,7 @@ PLACE = (
     *("x", "y", "vx", "vy", "angle", "spin", "impact_s", "stretch", "way", "hard", "lx", "ly", "azimuth", "count"),
     *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core", "oiled", "slipped"),
     *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy", "aged", "bead_x", "bead_y"),
-    *("here_x", "here_y", "there_x", "there_y", "left", "blows"),
+    *("here_x", "here_y", "there_x", "there_y", "left", "blows", "heat"),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -106,6 +106,7 @@ def random_states(at_wall=False):
     out[:, 35:37] = 0.04 * np.column_stack([np.cos(there), np.sin(there)])
     out[:, 37] = latest.uniform(0.3, 2.0, 60)
     out[:, 38] = np.arange(60) % 30
+    out[:, 39] = np.random.default_rng(13).uniform(0.0, 12.0, 60)
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -114,6 +115,13 @@ def random_states(at_wall=False):
 def energy(state):
     """Kinetic energy per unit mass (J / kg) of a bare disk."""
     return 0.5 * (state[2] ** 2 + state[3] ** 2) + 0.25 * (0.01 * state[5]) ** 2
+
+
+def against_host(state, velocity):
+    """The state (STATES,) with its velocity against a Host that moves (x, y first, m/s) and does not turn."""
+    out = state.copy()
+    out[2:4] -= velocity[:2]
+    return out
 
 
 def first_contacts(p, host=STILL, angle=0.7, duration_s=0.02):
@@ -139,7 +147,7 @@ def on_its_way(drop=None):
         rng = np.random.default_rng(seed)
         motion = run_plant(p, HOST, draw_start(rng), 1.2, rng)
         known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
-        known |= {"charge": 0.0, "aged": 0.0, "bead_x": 0.0, "bead_y": 0.0, "here_x": 0.0, "here_y": 0.0}
+        known |= {"heat": 0.0, "charge": 0.0, "aged": 0.0, "bead_x": 0.0, "bead_y": 0.0, "here_x": 0.0, "here_y": 0.0}
         for before, node in pairwise(motion.nodes):
             passed, (place, velocity, _) = node[0] - before[0], host_pose(node[0], HOST)
             slid = passed * np.hypot(node[3] - velocity[0], node[4] - velocity[1])
@@ -167,6 +175,7 @@ def on_its_way(drop=None):
                 known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}
                 after = impact(node[0], state, p, HOST, np.zeros(2), 1.0)[0]
                 known |= {name: after[PLACE.index(name)] for name in ("tired", "struck", "blows")}
+                known["heat"] += energy(against_host(state, velocity)) - energy(against_host(after, velocity))
                 swung = np.array(swing(node[0], state, p)) - [0.0, 0.0, *kick]
                 known |= dict(zip(("nod_x", "nod_y", "nod_vx", "nod_vy"), swung, strict=True))
                 assert kick @ (node[1:3] - place[:2]) < 0.0

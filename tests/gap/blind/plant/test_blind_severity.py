@@ -24,7 +24,7 @@ from tests.gap.blind.plant.rig import (
 
 GROUPS = (
     *("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed"),
-    *("witnessed", "foreseen", "borrowed", "likely"),
+    *("witnessed", "foreseen", "borrowed", "likely", "expected"),
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
@@ -38,10 +38,11 @@ BY_THE_RIM = (
     *("unknown_curing_glue", "unknown_shear_set", "unknown_preloaded_liner"),
 )
 # How many causes of each; of the others six, five, two and three.
-STAGES = {"overlooked": (7, 5, 2, 2), "borrowed": (7, 4, 2, 3), "likely": (5, 3, 2, 6)}
+STAGES = {"overlooked": (7, 5, 2, 2), "borrowed": (7, 4, 2, 3), "likely": (5, 3, 2, 6), "expected": (7, 5, 2, 2)}
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
-# limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half; light
-# blows soon stick, and where a wall holds less more blows slip.
+# limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half, and of a
+# restitution divided by the approach; light blows soon stick, and where a wall holds less more blows slip; a chord that
+# is half as deep is not as long.
 BENT = {
     "unknown_swinging_ring": 0.25,
     "unknown_slip_weakened_wall": 0.35,
@@ -52,6 +53,9 @@ BENT = {
     "unknown_shaken_powder": 0.2,
     "unknown_running_side": 0.2,
     "unknown_glazed_floor": 0.25,
+    "unknown_damped_contact": 0.2,
+    "unknown_flat_spot": 0.2,
+    "unknown_cleaned_wall": 0.2,
 }
 
 
@@ -102,6 +106,8 @@ def _acts(name):
             "unknown_jogged_camera": camera == "VW2",
             "unknown_warming_camera": camera == "VW1",
             "unknown_skewed_picture": camera == "VW2",
+            "unknown_creeping_sticker": marker == f"N{view.get('creeping_marker', 0) + 1}",
+            "unknown_eccentric_print": of_the_disk & (marker != "N1"),
         }[name]
 
     return chosen
