@@ -17,6 +17,7 @@ from analysis.contact.impacts import QUANTITIES, Impacts
 from analysis.contact.tangential.lasting import LastingContact, fit_lasting
 from analysis.contact.tangential.search import Impulses, likeliest
 from analysis.statistics.outliers import belongs
+from analysis.statistics.robust import symmetric_inverse
 
 Array = NDArray[np.float64]
 _AT = {name: i for i, name in enumerate(QUANTITIES)}
@@ -217,9 +218,7 @@ def _fit_restitution(data: LawData, design: Array | None, prior: float) -> tuple
     for _ in range(60):
         variance = data.normal_sd**2 + square * b2
         w = own / variance + (1 - own) / (variance + broad)
-        covariance = np.asarray(
-            np.linalg.pinv((a * w[:, None]).T @ a + prior * np.eye(x.shape[1]), hermitian=True), float
-        )
+        covariance = symmetric_inverse((a * w[:, None]).T @ a + prior * np.eye(x.shape[1]))
         c = covariance @ ((a * w[:, None]).T @ data.after)
         r2 = (data.after - a @ c) ** 2
         own, density = belongs(r2, variance, broad, share)

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 # Scale of Cauchy's weights, in sds of the residuals: an error of so many weighs a half.  Of normal errors 97 % of the
 # information stays (95 % at the usual 2.385).
 CAUCHY_SD = 3.0
+# Eigenvalues below this share of the largest are nil but for rounding.
+LEAST_TOLD = 1e-15
 # sd of a median over that of the mean, of normal errors.
 MEDIAN_SD = 1.2533
 
@@ -23,6 +25,14 @@ def smooth_noise(values: Array) -> float:
     variance they take 1 + 9 + 9 + 1 times; NaN of too few.
     """
     return residual_sd(np.diff(values, 3)) / float(np.sqrt(20.0))
+
+
+def symmetric_inverse(matrix: Array) -> Array:
+    """Inverse (P, P) of a symmetric matrix, of what it leaves open nil: numpy's, in a third of its time for a few
+    unknowns."""
+    sizes, ways = np.linalg.eigh(matrix)
+    told = np.abs(sizes) > LEAST_TOLD * np.abs(sizes).max(initial=0.0)
+    return np.asarray((ways / np.where(told, sizes, np.inf)) @ ways.T, float)
 
 
 def at_least_noise(standard: Array) -> float:
@@ -73,7 +83,7 @@ def least_squares(
     for _ in range(rounds):
         rows = design * weight[:, None]
         normal = rows.T @ rows + ridge * np.eye(design.shape[1])
-        covariance = np.asarray(np.linalg.pinv(normal, hermitian=True), float)
+        covariance = symmetric_inverse(normal)
         last, coefficients = coefficients, covariance @ (rows.T @ (values * weight))
         weight = weights(standard(coefficients))
         if np.all(np.abs(coefficients - last) < rests_sd * np.sqrt(np.diag(covariance))):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.statistics.robust import at_least_noise, least_squares, root_weights, smooth_noise
+from analysis.statistics.robust import at_least_noise, least_squares, root_weights, smooth_noise, symmetric_inverse
 from ovines.robust import residual_sd, spread
 
 COUNT = 20_000
@@ -74,3 +74,12 @@ def test_without_gross_errors_it_is_least_squares():
     values = 1.0 + x + rng.standard_normal(40)
     plain = np.linalg.lstsq(design, values, rcond=None)[0]
     assert least_squares(design, values, sd, rounds=1).coefficients == pytest.approx(plain, rel=1e-9)
+
+
+def test_a_symmetric_inverse_is_that_of_what_is_told():
+    """Full, short of one direction, and nil."""
+    rows = np.random.default_rng(1).normal(size=(30, 4))
+    short = np.column_stack([rows, rows[:, 0] - rows[:, 1]])
+    for matrix in (rows.T @ rows, short.T @ short, np.zeros((3, 3))):
+        expected = np.linalg.pinv(matrix, hermitian=True)
+        np.testing.assert_allclose(symmetric_inverse(matrix), expected, rtol=1e-9, atol=1e-12)

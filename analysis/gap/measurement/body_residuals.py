@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +25,15 @@ FEWEST_FRAMES = 40
 FINEST_M = 1e-12
 
 
-def marker_residuals(series: Series, body: str) -> Iterator[tuple[int, Array, Array]]:
+@lru_cache(maxsize=2)
+def marker_residuals(series: Series, body: str) -> tuple[tuple[int, Array, Array], ...]:
     """Per run: its number, the body's angle (N,) and its markers against its pose (N, M, 2) in the room (m, NaN where
-    unseen).
+    unseen); of the two that were asked for last they are at hand.
     """
+    return tuple(_residuals(series, body))
+
+
+def _residuals(series: Series, body: str) -> Iterator[tuple[int, Array, Array]]:
     assert series.points is not None and series.layouts is not None
     layout = series.layouts[body][:, :2]
     for number, (points, motion, recording) in enumerate(
