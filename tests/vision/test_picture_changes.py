@@ -13,7 +13,7 @@ from ovines.lens_field import lens_fields
 from ovines.recording import read_recording
 from tests.conftest import two_cameras, write_small_recording
 from tests.vision.test_lens_field import CORRELATION, RUNS, filmed, learnt, left_px, tracks_of
-from vision.lens.changes import _spline_of
+from vision.lens.forms import spline_of
 from vision.lens.lattice import Lattice
 
 #: of the second camera: what is changed, by how much, along which direction of its picture
@@ -231,5 +231,5 @@ def test_a_spline_follows_every_bend_exactly():
     lattice = Lattice(150.0, -3, -3, 7, 7)
     inside = np.random.default_rng(3).uniform(-280, 280, (50, 2))
     for target in BENDS:
-        held = _spline_of(lattice, lambda uv, target=target: bend_px(target, 0.4, uv))
+        held = spline_of(lattice, lambda uv, target=target: bend_px(target, 0.4, uv))
         np.testing.assert_allclose(lattice.basis(inside) @ held, bend_px(target, 0.4, inside), rtol=1e-9, atol=1e-6)

@@ -10,9 +10,8 @@ one without a form, its scale and its tilt.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -20,10 +19,10 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from ovines.camera import Camera
-from ovines.camera.bends import CHANGES, PERIODS_RAD, STRETCH, bend_px
-from ovines.camera.boards import BOARD_BOW, BOARD_STRETCH, board_bend_px
+from ovines.camera.bends import PERIODS_RAD, STRETCH
+from ovines.camera.boards import BOARD_STRETCH
 from ovines.camera.changes import PictureChange
-from vision.lens.lattice import Lattice
+from vision.lens.forms import BOTH, SURE_SD, Form, Seen, all_forms, settled
 from vision.smooth_field import AMPLITUDES_PX, Solved
 
 Array = NDArray[np.float64]
@@ -47,39 +46,6 @@ MOST_CHANGES = 3
 HELD_SHARE, HELD_CHANCE = 0.8, 2.0
 # Of the amplitudes that a smooth field beside a change may have, one in so many is tried.
 EVERY = 3
-# What boards do has a direction or a place of its own: sought along these as sizes, then settled.
-BOTH = -1
-# What boards do counts from so many of its sds on, once settled, and a bow's middle is told; that lies no further off
-# than so many times the RMS distance at which markers went.
-SURE_SD, FURTHEST = 3.0, 3.0
-# Of the polynomial that a board's doing is in a picture: a bow is of third degree in the world, and a view that leans
-# makes 0.4 % of it more.
-DEGREE = 5
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """What a pair of ``cameras`` saw: the ``lattices`` of their fields, places of markers of both bodies ``places_px``
-    (N, 2) of each, ``points_m`` (N, 3) between their rays, and by which share the markers' layouts came out too large
-    (``scale``, with its sd)."""
-
-    cameras: Sequence[Camera]
-    lattices: Sequence[Lattice]
-    places_px: Sequence[Array]
-    points_m: Array
-    scale: tuple[float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class _Form:
-    """One of the changes of one camera, or of ``BOTH``: its columns (P, K) of the fields' splines, 1 px RMS each, and
-    what each is in ``units`` of its own; the direction or place ``at``, of what boards do."""
-
-    camera: int
-    target: str
-    columns: Array
-    units: tuple[float, ...]
-    at: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +96,7 @@ def find_changes(
     amplitude_px : the likeliest without changes
     seen : where markers went
     """
-    forms = _forms(seen)
+    forms = all_forms(seen)
     columns, where = _joined(forms)
     amplitudes = sorted({*AMPLITUDES_PX[::EVERY], amplitude_px})
     solved = solve(whole, amplitudes)
@@ -161,22 +127,22 @@ def find_changes(
     at = np.concatenate([where[k] for k in chosen])
     number = int(np.argmax([one.log_odds(at) for one in besides]))
     sought = _sizes([forms[k] for k in chosen], besides[number].sizes(at))
-    settled = [_settled(forms[k], *size, seen) for k, size in zip(chosen, sought, strict=True)]
-    while True:  # what boards seemed to do beside a form that was not settled yet may be gone
-        columns = _joined(settled)[0]
-        told = _with_layouts(_beside(solved[number], whole, columns), settled, seen.scale)
+    at_last = [settled(forms[k], *size, seen) for k, size in zip(chosen, sought, strict=True)]
+    while True:  # what boards seemed to do beside a form that was not at_last yet may be gone
+        columns = _joined(at_last)[0]
+        told = _with_layouts(_beside(solved[number], whole, columns), at_last, seen.scale)
         mean, covariance = told.sizes(np.arange(columns.shape[1]))
-        sure = [abs(size[0]) / np.sqrt(sd[0, 0]) for size, sd in _sizes(settled, (mean, covariance))]
-        gone = [n for n, form in enumerate(settled) if form.camera == BOTH and sure[n] < SURE_SD]
-        if not gone or len(settled) == 1:
+        sure = [abs(size[0]) / np.sqrt(sd[0, 0]) for size, sd in _sizes(at_last, (mean, covariance))]
+        gone = [n for n, form in enumerate(at_last) if form.camera == BOTH and sure[n] < SURE_SD]
+        if not gone or len(at_last) == 1:
             break
-        del chosen[gone[0]], sought[gone[0]], settled[gone[0]]
+        del chosen[gone[0]], sought[gone[0]], at_last[gone[0]]
     prior = EXPECTED_PX**2 * columns @ columns.T
     before, after = _by_run(runs(), lambda data: solve(data, [amplitudes[number]])[0], columns)
     if not _holds(before, after, columns.shape[1]):  # another one in each run is of no camera
         return Changed((), np.zeros_like(whole[0]))
     changes = []
-    for k, form, first, size in zip(chosen, settled, sought, _sizes(settled, (mean, covariance)), strict=True):
+    for k, form, first, size in zip(chosen, at_last, sought, _sizes(at_last, (mean, covariance)), strict=True):
         odds_of = best(chosen) - best([other for other in chosen if other != k])
         if form.camera == BOTH:
             of_form = _of_boards(form, first, forms[k].units, size)
@@ -188,7 +154,7 @@ def find_changes(
     return Changed(tuple(changes), prior)
 
 
-def _by_layouts(form: _Form, mean: Array, covariance: Array, scale: tuple[float, float]) -> float:
+def _by_layouts(form: Form, mean: Array, covariance: Array, scale: tuple[float, float]) -> float:
     """How much likelier (log) the scale of the layouts is by a stretch of this size, which makes half of itself, than
     by a scale of its own."""
     half, half_sd, _, _ = (form.units[0] * one for one in _along(STRETCH, mean, covariance))
@@ -198,7 +164,7 @@ def _by_layouts(form: _Form, mean: Array, covariance: Array, scale: tuple[float,
     return float(np.log(narrower) + (alone**2 - by_stretch**2) / 2)
 
 
-def _with_layouts(beside: _Beside, forms: Sequence[_Form], scale: tuple[float, float]) -> _Beside:
+def _with_layouts(beside: _Beside, forms: Sequence[Form], scale: tuple[float, float]) -> _Beside:
     """The same with what the scale of the layouts says of a stretch that is settled, half of which it is."""
     information, right = beside.information.copy(), beside.right.copy()
     for form, at in zip(forms, _joined(forms)[1], strict=True):
@@ -209,142 +175,16 @@ def _with_layouts(beside: _Beside, forms: Sequence[_Form], scale: tuple[float, f
     return replace(beside, information=information, right=right)
 
 
-def _joined(forms: Sequence[_Form]) -> tuple[Array, list[NDArray[np.int64]]]:
+def _joined(forms: Sequence[Form]) -> tuple[Array, list[NDArray[np.int64]]]:
     """All columns, and which of them are each form's."""
     ends = np.cumsum([0, *(form.columns.shape[1] for form in forms)])
     return np.hstack([form.columns for form in forms]), [np.arange(*each) for each in pairwise(ends)]
 
 
-def _sizes(forms: Sequence[_Form], told: tuple[Array, Array]) -> list[tuple[Array, Array]]:
+def _sizes(forms: Sequence[Form], told: tuple[Array, Array]) -> list[tuple[Array, Array]]:
     """Mean and covariance of each form's own columns."""
     mean, covariance = told
     return [(mean[at], covariance[np.ix_(at, at)]) for at in _joined(forms)[1]]
-
-
-def _forms(seen: Seen) -> list[_Form]:
-    out = []
-    for c, (camera, places) in enumerate(zip(seen.cameras, seen.places_px, strict=True)):
-        middle = camera.matrix[:2, 2]
-        for target in CHANGES:
-            period = PERIODS_RAD.get(target)
-            directions = (0.0,) if period is None else (0.0, period / 4)
-            size = float(np.sqrt(np.mean(np.sum(bend_px(target, 0.0, places - middle) ** 2, 1))))
-            columns = np.column_stack(
-                [
-                    _column(seen.lattices, {c: partial(_about, target, direction, middle)}) / size
-                    for direction in directions
-                ]
-            )
-            out.append(_Form(c, target, columns, (1 / size,)))
-    return [*out, *_board_forms(seen)]
-
-
-def _board_forms(seen: Seen) -> list[_Form]:
-    """A stretch by two sizes, along two directions and shorter across, as poses and layouts leave a scale open; a bow
-    about the middle of where markers went, and by two sizes where its own middle lies."""
-    middle = _middle(seen)
-    stretch = _board_columns(seen, lambda a, b: np.stack([np.column_stack([a, -b]), np.column_stack([b, a])]))
-    square = _board_columns(
-        seen,
-        lambda a, b: np.stack(
-            [
-                (a * a + b * b)[:, None] * np.column_stack([a, b]),
-                np.column_stack([3 * a * a + b * b, 2 * a * b]),
-                np.column_stack([2 * a * b, a * a + 3 * b * b]),
-            ]
-        ),
-    )
-    return [
-        _Form(BOTH, BOARD_STRETCH, *stretch),
-        _Form(BOTH, BOARD_BOW, *square, (float(middle[0]), float(middle[1]))),
-    ]
-
-
-def _middle(seen: Seen) -> Array:
-    return np.asarray(seen.points_m[:, :2].mean(0), float)
-
-
-def _board_columns(seen: Seen, moves: Callable[[Array, Array], Array]) -> tuple[Array, tuple[float, ...]]:
-    """Columns (P, K) of what ``moves`` (K, N, 2) of places about the middle do to both pictures, 1 px RMS each, and
-    what that is in their own units."""
-    a, b = (seen.points_m[:, :2] - _middle(seen)).T
-    moved = np.concatenate([moves(a, b), np.zeros((len(moves(a, b)), len(a), 1))], -1)
-    pixels = [np.einsum("nij,knj->kni", one.project_with_jacobian(seen.points_m)[1], moved) for one in seen.cameras]
-    fields = [{c: _smooth(seen.places_px[c], each[k]) for c, each in enumerate(pixels)} for k in range(len(pixels[0]))]
-    sizes = [float(np.sqrt(np.mean([np.sum(each[k] ** 2, 1) for each in pixels]))) for k in range(len(pixels[0]))]
-    columns = [_column(seen.lattices, field) / size for field, size in zip(fields, sizes, strict=True)]
-    return np.column_stack(columns), tuple(1 / size for size in sizes)
-
-
-def _smooth(uv_px: Array, moved_px: Array) -> Callable[[Array], Array]:
-    """The polynomial that is nearest to moves (N, 2) of pixels (N, 2): it goes on where no marker went."""
-    middle = uv_px.mean(0)
-    unit = float(np.abs(uv_px - middle).max())
-
-    def powers(uv: Array) -> Array:
-        a, b = ((uv - middle) / unit).T
-        return np.column_stack([a**i * b**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)])
-
-    coefficients = np.linalg.lstsq(powers(uv_px), moved_px, rcond=None)[0]
-    return lambda uv: np.asarray(powers(uv) @ coefficients, float)
-
-
-def _column(lattices: Sequence[Lattice], fields: Mapping[int, Callable[[Array], Array]]) -> Array:
-    """One column (P,) of the splines of all lattices: the field of each camera that has one."""
-    return np.concatenate(
-        [
-            _spline_of(lattice, fields[c]).T.ravel() if c in fields else np.zeros(2 * lattice.size)
-            for c, lattice in enumerate(lattices)
-        ]
-    )
-
-
-def _settled(form: _Form, mean: Array, covariance: Array, seen: Seen) -> _Form:
-    """What boards do, along the direction or about the place that the sizes say, as one column; others as they are.
-
-    A print that is too long along one direction is one that is too short across it but for the scale, which the
-    markers' layouts tell."""
-    if form.camera != BOTH:
-        return form
-    if form.target == BOARD_STRETCH:
-        direction = float(np.arctan2(mean[1], mean[0])) / 2 + (np.pi / 2 if seen.scale[0] < 0 else 0.0)
-        at = (direction % np.pi, 0.0)
-    else:
-        at = _bow_middle(form, mean, covariance, seen)
-    height_m = float(np.median(seen.points_m[:, 2]))
-    moved = [
-        board_bend_px(form.target, *at, camera, height_m, places)
-        for camera, places in zip(seen.cameras, seen.places_px, strict=True)
-    ]
-    if form.target == BOARD_STRETCH:  # wherever the world's origin is: a shift of all points is nobody's
-        moved = [one - one.mean(0) for one in moved]
-    size = float(np.sqrt(np.mean([np.sum(one**2, 1) for one in moved])))
-    column = _column(seen.lattices, {c: _smooth(seen.places_px[c], one) for c, one in enumerate(moved)}) / size
-    return _Form(BOTH, form.target, column[:, None], (1 / size,), at)
-
-
-def _bow_middle(form: _Form, mean: Array, covariance: Array, seen: Seen) -> tuple[float, float]:
-    """Where a bow k |y - d|^2 (y - d) has its middle d: what it holds of second powers is -k d."""
-    if abs(mean[0]) < SURE_SD * np.sqrt(covariance[0, 0]):
-        return form.at
-    third, *second = mean * form.units
-    off = -np.array(second) / third
-    rms_m = float(np.sqrt(np.mean(np.sum((seen.points_m[:, :2] - form.at) ** 2, 1))))
-    off *= min(1.0, FURTHEST * rms_m / max(float(np.hypot(*off)), 1e-300))
-    return float(form.at[0] + off[0]), float(form.at[1] + off[1])
-
-
-def _about(target: str, direction_rad: float, middle_px: Array, uv_px: Array) -> Array:
-    return bend_px(target, direction_rad, uv_px - middle_px)
-
-
-def _spline_of(lattice: Lattice, field: Callable[[Array], Array]) -> Array:
-    """Coefficients (size, 2) of the spline that a ``field`` of at most third degree is (nearly: one of fifth): its
-    values at the sites, less the sixth of its second differences that cubic B-splines add."""
-    at, step = lattice.sites_px, lattice.spacing_px
-    middle = field(at)
-    bent = sum((field(at + way) + field(at - way) - 2 * middle for way in step * np.eye(2)), np.zeros_like(middle))
-    return np.asarray(middle - bent / 6, float)
 
 
 def _beside(solved: Solved, data: Block, columns: Array) -> _Beside:
@@ -381,7 +221,7 @@ def _holds(before: Array, after: Array, columns: int) -> bool:
     return left < (1 - HELD_SHARE) * float(before.sum()) or left < min(HELD_CHANCE * chance, float(before.sum()))
 
 
-def _of_camera(form: _Form, cameras: Sequence[Camera], told: tuple[Array, Array]) -> PictureChange:
+def _of_camera(form: Form, cameras: Sequence[Camera], told: tuple[Array, Array]) -> PictureChange:
     """A change of one camera in its own unit: two columns are one size along one direction."""
     size, sd, direction, direction_sd = _along(form.target, *told)
     name, (unit,) = cameras[form.camera].name, form.units
@@ -404,7 +244,7 @@ def _along(target: str, mean: Array, covariance: Array) -> tuple[float, float, f
 
 
 def _of_boards(
-    form: _Form, sought: tuple[Array, Array], units: tuple[float, ...], told: tuple[Array, Array]
+    form: Form, sought: tuple[Array, Array], units: tuple[float, ...], told: tuple[Array, Array]
 ) -> PictureChange:
     """What boards that were not true do, in its own unit, along or about what was ``sought``, in its ``units``."""
     (size,), ((variance,),) = told

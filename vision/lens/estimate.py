@@ -16,7 +16,8 @@ from ovines.camera.changes import PictureChange
 from ovines.lens_field import LensField, lens_fields
 from ovines.recording import Recording
 from ovines.workers.threads import in_threads
-from vision.lens.changes import Block, Changed, Seen, find_changes
+from vision.lens.changes import Block, Changed, find_changes
+from vision.lens.forms import Seen
 from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import MOST_PLACES, open_terms
 from vision.lens.posterior import Posterior, fields_only, held_out, noise_variance, posterior_of

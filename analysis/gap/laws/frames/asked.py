@@ -64,7 +64,7 @@ def measurement_laws(
     clock, corrected = find_clock_law(series, rng)
     if clock is not None and believed(clock, 1.0, 0.0) is not None:
         again = run_ladder(corrected, rng, withheld)
-        if _misfit(again) < _misfit(best):
+        if _misfit(again) < _misfit(best) / (WORSE if _found(again) > _found(best) else 1.0):
             laws, series, best = (*laws, clock), corrected, again
             told = told or [structure_of_clock(clock, ladder.series.period_s)]
     # How the card with the disk's markers lies on it: what stays from blow to blow no probe tells.
@@ -123,6 +123,12 @@ def _misfit(ladder: Ladder) -> float:
     """What the nominal model's flights leave per freedom in the frames' stated sds, in the middle flight: effects named
     may have imitated a clock, and so may the noise that flights show."""
     return middle_misfit(ladder.flights.nominal.fits)
+
+
+def _found(ladder: Ladder) -> int:
+    """How much a ladder names and leaves: a clock that is not wrong, once it is "mended", has paths bent that were
+    straight."""
+    return len(ladder.causes) + len(ladder.structure)
 
 
 def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:

@@ -1,0 +1,177 @@
+"""The forms of what may have become of two cameras' pictures, as columns of the splines of their fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovines.camera import Camera
+from ovines.camera.bends import CHANGES, PERIODS_RAD, bend_px
+from ovines.camera.boards import BOARD_BOW, BOARD_STRETCH, board_bend_px
+from vision.lens.lattice import Lattice
+
+Array = NDArray[np.float64]
+# What boards do has a direction or a place of its own: sought along these as sizes, then settled.
+BOTH = -1
+# What boards do counts from so many of its sds on, once settled, and a bow's middle is told; that lies no further off
+# than so many times the RMS distance at which markers went.
+SURE_SD, FURTHEST = 3.0, 3.0
+# Of the polynomial that a board's doing is in a picture: a bow is of third degree in the world, and a view that leans
+# makes 0.4 % of it more.
+DEGREE = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What a pair of ``cameras`` saw: the ``lattices`` of their fields, places of markers of both bodies ``places_px``
+    (N, 2) of each, ``points_m`` (N, 3) between their rays, and by which share the markers' layouts came out too large
+    (``scale``, with its sd)."""
+
+    cameras: Sequence[Camera]
+    lattices: Sequence[Lattice]
+    places_px: Sequence[Array]
+    points_m: Array
+    scale: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """One of the changes of one camera, or of ``BOTH``: its columns (P, K) of the fields' splines, 1 px RMS each, and
+    what each is in ``units`` of its own; the direction or place ``at``, of what boards do."""
+
+    camera: int
+    target: str
+    columns: Array
+    units: tuple[float, ...]
+    at: tuple[float, float] = (0.0, 0.0)
+
+
+def all_forms(seen: Seen) -> list[Form]:
+    """What may have become of each camera, and what boards may have made of both."""
+    out = []
+    for c, (camera, places) in enumerate(zip(seen.cameras, seen.places_px, strict=True)):
+        middle = camera.matrix[:2, 2]
+        for target in CHANGES:
+            period = PERIODS_RAD.get(target)
+            directions = (0.0,) if period is None else (0.0, period / 4)
+            size = float(np.sqrt(np.mean(np.sum(bend_px(target, 0.0, places - middle) ** 2, 1))))
+            columns = np.column_stack(
+                [
+                    _column(seen.lattices, {c: partial(_about, target, direction, middle)}) / size
+                    for direction in directions
+                ]
+            )
+            out.append(Form(c, target, columns, (1 / size,)))
+    return [*out, *_boardall_forms(seen)]
+
+
+def _boardall_forms(seen: Seen) -> list[Form]:
+    """A stretch by two sizes, along two directions and shorter across, as poses and layouts leave a scale open; a bow
+    about the middle of where markers went, and by two sizes where its own middle lies."""
+    middle = _middle(seen)
+    stretch = _board_columns(seen, lambda a, b: np.stack([np.column_stack([a, -b]), np.column_stack([b, a])]))
+    square = _board_columns(
+        seen,
+        lambda a, b: np.stack(
+            [
+                (a * a + b * b)[:, None] * np.column_stack([a, b]),
+                np.column_stack([3 * a * a + b * b, 2 * a * b]),
+                np.column_stack([2 * a * b, a * a + 3 * b * b]),
+            ]
+        ),
+    )
+    return [
+        Form(BOTH, BOARD_STRETCH, *stretch),
+        Form(BOTH, BOARD_BOW, *square, (float(middle[0]), float(middle[1]))),
+    ]
+
+
+def _middle(seen: Seen) -> Array:
+    return np.asarray(seen.points_m[:, :2].mean(0), float)
+
+
+def _board_columns(seen: Seen, moves: Callable[[Array, Array], Array]) -> tuple[Array, tuple[float, ...]]:
+    """Columns (P, K) of what ``moves`` (K, N, 2) of places about the middle do to both pictures, 1 px RMS each, and
+    what that is in their own units."""
+    a, b = (seen.points_m[:, :2] - _middle(seen)).T
+    moved = np.concatenate([moves(a, b), np.zeros((len(moves(a, b)), len(a), 1))], -1)
+    pixels = [np.einsum("nij,knj->kni", one.project_with_jacobian(seen.points_m)[1], moved) for one in seen.cameras]
+    fields = [{c: _smooth(seen.places_px[c], each[k]) for c, each in enumerate(pixels)} for k in range(len(pixels[0]))]
+    sizes = [float(np.sqrt(np.mean([np.sum(each[k] ** 2, 1) for each in pixels]))) for k in range(len(pixels[0]))]
+    columns = [_column(seen.lattices, field) / size for field, size in zip(fields, sizes, strict=True)]
+    return np.column_stack(columns), tuple(1 / size for size in sizes)
+
+
+def _smooth(uv_px: Array, moved_px: Array) -> Callable[[Array], Array]:
+    """The polynomial that is nearest to moves (N, 2) of pixels (N, 2): it goes on where no marker went."""
+    middle = uv_px.mean(0)
+    unit = float(np.abs(uv_px - middle).max())
+
+    def powers(uv: Array) -> Array:
+        a, b = ((uv - middle) / unit).T
+        return np.column_stack([a**i * b**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)])
+
+    coefficients = np.linalg.lstsq(powers(uv_px), moved_px, rcond=None)[0]
+    return lambda uv: np.asarray(powers(uv) @ coefficients, float)
+
+
+def _column(lattices: Sequence[Lattice], fields: Mapping[int, Callable[[Array], Array]]) -> Array:
+    """One column (P,) of the splines of all lattices: the field of each camera that has one."""
+    return np.concatenate(
+        [
+            spline_of(lattice, fields[c]).T.ravel() if c in fields else np.zeros(2 * lattice.size)
+            for c, lattice in enumerate(lattices)
+        ]
+    )
+
+
+def settled(form: Form, mean: Array, covariance: Array, seen: Seen) -> Form:
+    """What boards do, along the direction or about the place that the sizes say, as one column; others as they are.
+
+    A print that is too long along one direction is one that is too short across it but for the scale, which the
+    markers' layouts tell."""
+    if form.camera != BOTH:
+        return form
+    if form.target == BOARD_STRETCH:
+        direction = float(np.arctan2(mean[1], mean[0])) / 2 + (np.pi / 2 if seen.scale[0] < 0 else 0.0)
+        at = (direction % np.pi, 0.0)
+    else:
+        at = _bow_middle(form, mean, covariance, seen)
+    height_m = float(np.median(seen.points_m[:, 2]))
+    moved = [
+        board_bend_px(form.target, *at, camera, height_m, places)
+        for camera, places in zip(seen.cameras, seen.places_px, strict=True)
+    ]
+    if form.target == BOARD_STRETCH:  # wherever the world's origin is: a shift of all points is nobody's
+        moved = [one - one.mean(0) for one in moved]
+    size = float(np.sqrt(np.mean([np.sum(one**2, 1) for one in moved])))
+    column = _column(seen.lattices, {c: _smooth(seen.places_px[c], one) for c, one in enumerate(moved)}) / size
+    return Form(BOTH, form.target, column[:, None], (1 / size,), at)
+
+
+def _bow_middle(form: Form, mean: Array, covariance: Array, seen: Seen) -> tuple[float, float]:
+    """Where a bow k |y - d|^2 (y - d) has its middle d: what it holds of second powers is -k d."""
+    if abs(mean[0]) < SURE_SD * np.sqrt(covariance[0, 0]):
+        return form.at
+    third, *second = mean * form.units
+    off = -np.array(second) / third
+    rms_m = float(np.sqrt(np.mean(np.sum((seen.points_m[:, :2] - form.at) ** 2, 1))))
+    off *= min(1.0, FURTHEST * rms_m / max(float(np.hypot(*off)), 1e-300))
+    return float(form.at[0] + off[0]), float(form.at[1] + off[1])
+
+
+def _about(target: str, direction_rad: float, middle_px: Array, uv_px: Array) -> Array:
+    return bend_px(target, direction_rad, uv_px - middle_px)
+
+
+def spline_of(lattice: Lattice, field: Callable[[Array], Array]) -> Array:
+    """Coefficients (size, 2) of the spline that a ``field`` of at most third degree is (nearly: one of fifth): its
+    values at the sites, less the sixth of its second differences that cubic B-splines add."""
+    at, step = lattice.sites_px, lattice.spacing_px
+    middle = field(at)
+    bent = sum((field(at + way) + field(at - way) - 2 * middle for way in step * np.eye(2)), np.zeros_like(middle))
+    return np.asarray(middle - bent / 6, float)
