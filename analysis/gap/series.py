@@ -4,8 +4,8 @@ for it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -34,7 +34,8 @@ class Series:
     without a calibration;
     ``layouts`` the markers' real places, ``triangulate`` how points are made of tracks again, with the second camera's
     window moved by ``window_px`` (u, v) and each of ``changes`` made to them; ``laws``: written ones that the nominal
-    model holds, in the world; ``picture_changes`` since the calibration that the cameras' fields have.
+    model holds, in the world; ``picture_changes`` since the calibration that the cameras' fields have, and how much
+    beside these they bend pictures (camera -> RMS, px).
     """
 
     recordings: tuple[Recording, ...]
@@ -50,6 +51,7 @@ class Series:
     changes: tuple[Change, ...] = ()
     laws: tuple[WrittenLaw, ...] = ()
     picture_changes: tuple[PictureChange, ...] = ()
+    picture_bends_px: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.gap.cause import BY_BOARDS, EACH_RUN, IN_PICTURE
+from analysis.gap.cause import BENT, BY_BOARDS, EACH_RUN, IN_PICTURE
 
 NEXT_TEST: dict[str, str] = {
     "floor_friction": "Flick the disk over the Host's floor at rest and let it stop twice, once spinning: the "
@@ -74,10 +74,15 @@ def unknown_test(stage: str, goes_with: str) -> str:
             "twice with one of these: what makes the difference is its cause."
         )
     if goes_with.startswith(IN_PICTURE):
+        until = (
+            "The field that was learnt has taken it out as far as markers tell: not what shifts, tilts or scales all of "
+            "them, so do not trust a tilt, a scale or a window found here."
+            if goes_with.endswith(BENT)
+            else "Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
+        )
         return (
             f"The structure goes with {goes_with}. Film the boards once more, with the camera as it is, and diagnose "
-            "with that calibration: nothing of it is left then. Until that is done, its law corrects these recordings "
-            "(`ovines diagnose --law`)."
+            f"with that calibration: nothing of it is left then. {until}"
         )
     if goes_with.startswith(BY_BOARDS):
         return (

@@ -73,11 +73,17 @@ class _Beside:
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """``changes`` found, the surest first, and what to believe of the fields for them: a covariance (P, P) as wide as
-    is expected along each."""
+    """``changes`` found, the surest first, what they do to the ``field`` (P,), and what to believe of it for them: a
+    covariance (P, P) as wide as is expected along each."""
 
     changes: tuple[PictureChange, ...]
     prior: Array
+    field: Array
+
+    @classmethod
+    def nothing(cls, size: int) -> Changed:
+        """Nothing of fields of so many splines."""
+        return cls((), np.zeros((size, size)), np.zeros(size))
 
 
 def find_changes(
@@ -123,7 +129,7 @@ def find_changes(
             break
         chosen.append(likeliest)
     if not chosen:
-        return Changed((), np.zeros_like(whole[0]))
+        return Changed.nothing(len(whole[1]))
     at = np.concatenate([where[k] for k in chosen])
     number = int(np.argmax([one.log_odds(at) for one in besides]))
     sought = _sizes([forms[k] for k in chosen], besides[number].sizes(at))
@@ -140,7 +146,7 @@ def find_changes(
     prior = EXPECTED_PX**2 * columns @ columns.T
     before, after = _by_run(runs(), lambda data: solve(data, [amplitudes[number]])[0], columns)
     if not _holds(before, after, columns.shape[1]):  # another one in each run is of no camera
-        return Changed((), np.zeros_like(whole[0]))
+        return Changed.nothing(len(whole[1]))
     changes = []
     for k, form, first, size in zip(chosen, at_last, sought, _sizes(at_last, (mean, covariance)), strict=True):
         odds_of = best(chosen) - best([other for other in chosen if other != k])
@@ -150,8 +156,8 @@ def find_changes(
             of_form = _of_camera(form, seen.cameras, size)
         changes.append(replace(of_form, log_odds=odds_of, before=before, after=after))
     if max(one.size_px for one in changes) > MOST_PX:
-        return Changed((), np.zeros_like(whole[0]))
-    return Changed(tuple(changes), prior)
+        return Changed.nothing(len(whole[1]))
+    return Changed(tuple(changes), prior, columns @ mean)
 
 
 def _by_layouts(form: Form, mean: Array, covariance: Array, scale: tuple[float, float]) -> float:

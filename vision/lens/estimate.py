@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from dataclasses import field as given
 from functools import partial, reduce
 from operator import add
 
@@ -47,13 +48,15 @@ _FEWEST_SITES = 5  # along u and v: a cubic spline needs four nodes
 class LensEstimate:
     """Tables ``lens_field`` (None where no field is used) and ``lens_terms``; ``note`` says what was found; ``loose``:
     markers that move on their bodies, of which nothing was learnt; ``changes`` of the cameras' pictures since their
-    calibration that have a form, and are in the field."""
+    calibration that have a form, and are in the field; ``bends_px`` camera -> RMS of the rest of it where markers went,
+    about its mean there."""
 
     field: pd.DataFrame | None
     terms: pd.DataFrame
     note: str
     loose: tuple[str, ...] = ()
     changes: tuple[PictureChange, ...] = ()
+    bends_px: Mapping[str, float] = given(default_factory=dict)
 
     @property
     def fields(self) -> dict[str, LensField]:
@@ -199,7 +202,9 @@ def _estimate(
         what = f"since its calibration the picture of {one.camera} has changed" if one.camera else "the boards were off"
         note += f"; {what} by {one.size_px:.2g} px ({one.words})"
     worst = most_stretched(runs, lattices, posterior.mean, calibration)
-    found = LensEstimate(field_table(posterior, lattices, pair), terms, note, (), changed.changes)
+    bends = _bends_px(runs, lattices, posterior.mean - changed.field)
+    named = dict(zip((camera.name for camera in pair), bends, strict=True))
+    found = LensEstimate(field_table(posterior, lattices, pair), terms, note, (), changed.changes, named)
     return _Learnt(found, worst, posterior)
 
 
@@ -221,13 +226,30 @@ def _changes(
         scaled = rooted(*own, smooth)
         return [scaled.solved(one) for one in amplitudes_px]
 
+    pixels, points = _places(runs)
+    where = Seen(pair, lattices, [pixels[:, c] for c in range(2)], points, layouts_scale(runs))
+    return find_changes(*data, solve, posterior.amplitude_px, where)
+
+
+def _places(runs: Sequence[Sightings]) -> tuple[Array, Array]:
+    """Some thousands of the places where markers of both bodies went: pixels (N, 2 cameras, 2) and points (N, 3)."""
     pixels = np.concatenate([one.uv_px[:, one.body >= 0].reshape(-1, 2, 2) for one in runs])
     points = np.concatenate([one.points_m[:, one.body >= 0].reshape(-1, 3) for one in runs])
     seen = np.flatnonzero(np.isfinite(pixels).all((-1, -2)) & np.isfinite(points).all(-1))
     seen = seen[:: max(1, len(seen) // MOST_PLACES)]
-    places = [pixels[seen, c] for c in range(2)]
-    where = Seen(pair, lattices, places, points[seen], layouts_scale(runs))
-    return find_changes(*data, solve, posterior.amplitude_px, where)
+    return pixels[seen], points[seen]
+
+
+def _bends_px(runs: Sequence[Sightings], lattices: Sequence[Lattice], mean: Array) -> list[float]:
+    """RMS of the fields ``mean`` (P,) of both cameras where markers went, about their means there."""
+    pixels, _ = _places(runs)
+    out, first = [], 0
+    for c, lattice in enumerate(lattices):
+        own = mean[first : first + 2 * lattice.size].reshape(2, -1)
+        moved = lattice.basis(pixels[:, c]) @ own.T
+        out.append(float(np.sqrt(np.mean(np.sum((moved - moved.mean(0)) ** 2, 1)))))
+        first += 2 * lattice.size
+    return out
 
 
 def _nothing(frames: int, why: str) -> LensEstimate:

@@ -25,7 +25,7 @@ from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.frames.rows import clock_rows
 from analysis.gap.laws.regression.halves import Halves, halves_of
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.measurement.changed_pictures import changed_pictures
+from analysis.gap.measurement.changed_pictures import MOST_LENS_PX, changed_pictures
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.tests import measurement_tests
 from analysis.gap.page.laws import by_halves
@@ -314,6 +314,15 @@ def test_boards_that_were_not_true_and_a_skew_have_their_law(tmp_path, loaded, k
     _, again = loaded(kind, 0.8, 5, runs=2, laws=(path,))
     assert changed_pictures(again) == []
     assert not [name for name, one in measurement_tests(again).findings.items() if one.found]
+
+
+def test_a_picture_that_is_bent_more_than_a_calibration_leaves_is_left(loaded):
+    """Markers that bloom bend it in no form; a lens residual that is tolerated is none."""
+    _, series = loaded("unknown_blooming_markers", 1.0, 3, runs=3)
+    (told,) = changed_pictures(series)
+    assert "it is bent" in told.goes_with and told.size > MOST_LENS_PX
+    _, plain = loaded("none", 1.0, 8, "warp", 2)
+    assert 0.1 < max(plain.picture_bends_px.values()) < MOST_LENS_PX and changed_pictures(plain) == []
 
 
 def test_what_does_not_hold_in_other_runs_is_no_change_of_a_camera(loaded):
