@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 from analysis.gap.finding import Finding
+from analysis.gap.laws.belief import believed
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames import law as frame_law
+from analysis.gap.laws.frames.drifting_clock import drift_of, drifting_clock_law
 from analysis.gap.laws.frames.forms.by_run import by_run, lone_run, nil_in
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, problem_of
 from analysis.gap.laws.regression.halves import halves_of
@@ -86,11 +88,12 @@ def still_rows(shift, runs=6, frames=40, noise=0.01, scatter=0.0):
 @pytest.mark.parametrize(("moved", "word"), [((0.3, -0.2, 0.0, 0.0), "picture"), ((0.0, 0.0, 0.0, 2e-3), "turn")])
 def test_one_run_may_stand_alone(moved, word):
     """No other run predicts it, its own other half does; where all runs scatter, it is one of them."""
-    rows, candidates = lone_run(still_rows(lambda run: np.array(moved) * (run == 0)), 1, 1e-3)
+    rows = still_rows(lambda run: np.array(moved) * (run == 0))
+    problem, candidates = lone_run(rows, 1, 1e-3)
     assert [one.name.split(",")[0] for one in candidates] == [word]
     assert {factor.scale for term in candidates[0].terms for factor in term.factors} == {0.5}
-    assert len(np.unique(rows.problem.run)) == 12
-    assert halves_of(rows.problem, rows.columns(candidates[0].terms).sum(1)) is not None
+    assert len(np.unique(problem.run)) == 12
+    assert halves_of(problem, rows.columns(candidates[0].terms).sum(1)) is not None
     scattered = still_rows(lambda run: np.array(moved) * (run == 0), scatter=np.array([0.1, 0.1, 0.0, 1e-3]))
     assert lone_run(scattered, 1, 1e-3) is None
     assert lone_run(still_rows(lambda run: np.array(moved) * (run == 0), runs=3), 1, 1e-3) is None
@@ -143,3 +146,43 @@ def test_a_law_is_nil_in_the_run_that_leaves_no_window(monkeypatch):
     # Where there is no window, nothing is asked.
     monkeypatch.setattr(frame_law, "_window", lambda *_: None)
     assert frame_law._nil_somewhere([told], series) == [told]
+
+
+def test_a_drive_whose_frequency_goes_with_the_run_is_a_clocks_law():
+    """About the middle run, for what is alike in all is the frame rate's; with time and run as the law has them the
+    drive is the asked one in every run."""
+    rng, number = np.random.default_rng(2), np.arange(8.0)
+    share = 1e-3 + 4e-4 * (number - 3.5) + 1e-5 * rng.normal(size=8)
+    asked, period_s = SimpleNamespace(frequency_hz=11.0), 0.8
+    run_s = np.linspace(0.0, period_s, 50)
+    runs = [
+        SimpleNamespace(data=SimpleNamespace(
+            time_s=run_s, host=SimpleNamespace(frequency_hz=11.0 * (1 + one), omega_rad_per_s=69.0 * (1 + one))))
+        for one in share
+    ]  # fmt: skip
+    series = SimpleNamespace(
+        runs=runs, recordings=[SimpleNamespace(excitation=asked)] * 8, frame=RigFrame(np.zeros(2), 0.0, (0.0,) * 8)
+    )
+    steady = SimpleNamespace(paths=[SimpleNamespace(run=run, tells_lines=True) for run in range(8)])
+    law, structure = drifting_clock_law(series, steady)
+    (term,) = law.law.terms
+    assert (term.target, [factor.quantity for factor in term.factors]) == ("clock_delay", ["time", "run"])
+    assert term.factors[1].x == 3.5 and abs(term.coefficient - 4e-4) < 3 * term.sd
+    assert law.closed > 0.95 and law.halves.agree and law.halves.both_show_it and believed(law, 1.0, 0.0) is law
+    assert structure.stage == "measurement" and "shaker" in structure.goes_with
+    np.testing.assert_allclose((law.evidence.before - law.evidence.after) / period_s, 4e-4 * (number - 3.5), atol=5e-5)
+    # Of a sweep or a random drive no frequency is told, and none where nothing was asked.
+    sweeping = SimpleNamespace(paths=[SimpleNamespace(run=run, tells_lines=False) for run in range(8)])
+    assert drifting_clock_law(series, sweeping) is None
+    series.recordings = [SimpleNamespace(excitation=None)] * 8
+    assert drifting_clock_law(series, steady) is None
+
+
+def test_frequencies_in_no_order_are_no_drift():
+    """As large as they may be; and what is surely there may be negligible."""
+    rng = np.random.default_rng(3)
+    for runs in (4, 6, 12):
+        assert not any(drift_of(np.arange(runs), 2e-3 * rng.normal(size=runs)) for _ in range(300))
+    number = np.arange(12.0)
+    assert drift_of(number, 1e-5 * number + 1e-9 * rng.normal(size=12)) is None
+    assert drift_of(number, 1e-3 * number + 1e-5 * rng.normal(size=12)) is not None

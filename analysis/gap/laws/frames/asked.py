@@ -16,6 +16,7 @@ from analysis.gap.laws.frames.card import find_card_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
+from analysis.gap.laws.frames.drifting_clock import drifting_clock_law
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.laws.frames.seen_disk import find_seen_disk_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
@@ -37,6 +38,10 @@ def measurement_laws(
     told = [one for one in ladder.structure if one.stage == "measurement"]
     laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
     asked = bool(told)
+    drifting = drifting_clock_law(series, ladder.drive)
+    if drifting is not None:
+        series = without_frame_laws(series, [drifting[0].law])
+        laws, best = (*laws, drifting[0]), run_ladder(series, rng, withheld)
     if told or delay_follows(series):
         found, corrected = find_frame_laws(series, rng)
         if not told:  # what nothing else asked for is believed by itself only
@@ -45,7 +50,7 @@ def measurement_laws(
         if found:
             again = run_ladder(corrected, rng, withheld)
             misfit = _misfit(again) / WORSE
-            if misfit <= _misfit(ladder) or misfit <= interpolated_misfit(ladder.measured, found):
+            if misfit <= _misfit(best) or misfit <= interpolated_misfit(ladder.measured, found):
                 laws, series, best = (*laws, *found), corrected, again
                 told = told or [_delay_structure(one, ladder) for one in found]
     if asked:
@@ -71,6 +76,8 @@ def measurement_laws(
     card, again = _card_law(series, best, rng, withheld)
     if card is not None:
         laws, best, told = (*laws, card), again, [*told, _card_structure(card)]
+    if drifting is not None:
+        told = [*told, drifting[1]]
     if not laws:
         return (), ladder
     others = [one for one in best.structure if one.stage != "measurement"]

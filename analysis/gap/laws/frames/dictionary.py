@@ -55,7 +55,7 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
             out += with_host(WORDS[key[0]], make, known)
             out += with_disk(WORDS[key[0]], make, known)
     for camera in sorted({key[1] for key in rows.units if key[0] == "picture_u"}):
-        out += shifts_by_run(rows, camera)
+        out += shifts_by_run(known, camera)
     units = {WORDS[key[0]]: (partial(_term, key), unit[:, None]) for key, unit in rows.units.items()}
     return [*out, *best_rates(units, rows, rng)]
 

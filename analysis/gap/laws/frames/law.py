@@ -125,9 +125,13 @@ def _picture_law(
 ) -> list[LawFound]:  # fmt: skip
     """The law of a camera's picture: one or none.  Where a single run at either end lies apart, that is asked first: a
     shift that settles passes for it."""
-    alone = lone_run(rows, camera, LEVEL) if rows is not None else None
-    found = [] if alone is None else _law_of(alone[0], series, rng, alone[1])
-    return found or _law_of(rows, series, rng)
+    alone = None if rows is None else lone_run(rows, camera, LEVEL)
+    if rows is not None and alone is not None:
+        problem, steps = alone
+        found = _law_of(replace(rows, problem=problem), series, rng, steps)
+        if found:
+            return found
+    return _law_of(rows, series, rng)
 
 
 def _nil_somewhere(laws: list[LawFound], series: Series) -> list[LawFound]:

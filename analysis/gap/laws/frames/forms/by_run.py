@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,8 @@ from scipy.special import stdtr
 
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.parts import SCALE_STEP
-from analysis.gap.laws.frames.forms.making import Make, followed
-from analysis.gap.laws.frames.rows import PICTURE, FrameRows
+from analysis.gap.laws.frames.forms.making import Make, Rows, followed
+from analysis.gap.laws.regression.problem import Regression
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 
@@ -26,6 +27,14 @@ SETTLES, FEWEST_SETTLES = (0.15, 0.4), 0.7
 HALVES, FEWEST_OTHERS = 2, 3
 # What a picture does at a step, and at how many ends a run may stand alone.
 MOVES, ENDS = {"picture": SHIFTS, "zoom": ("picture_zoom",), "turn": ("picture_turn",)}, 2
+TARGETS = tuple(target for targets in MOVES.values() for target in targets)
+
+
+class PictureRows(Rows, Protocol):
+    """Rows of a camera's picture, which makes columns (M, T) of any law's terms."""
+
+    def columns(self, terms: Sequence[Term]) -> Array:
+        """What a unit of each term adds."""
 
 
 def by_run(word: str, make: Make, known: Array, along: str = "") -> list[Candidate]:
@@ -45,9 +54,9 @@ def by_run(word: str, make: Make, known: Array, along: str = "") -> list[Candida
     return out
 
 
-def shifts_by_run(rows: FrameRows, camera: int) -> list[Candidate]:
+def shifts_by_run(known: Array, camera: int) -> list[Candidate]:
     """A shift of a camera's whole picture, along u and v at once."""
-    return by_run("picture", _moved(SHIFTS, camera), rows.known, ", along both axes")
+    return by_run("picture", _moved(SHIFTS, camera), known, ", along both axes")
 
 
 def _moved(targets: Sequence[str], camera: int) -> Make:
@@ -61,8 +70,8 @@ def _before(first: int) -> Factor:
     return Factor("run", "below", 1.0, first - 0.5)
 
 
-def lone_run(rows: FrameRows, camera: int, level: float) -> tuple[FrameRows, list[Candidate]] | None:
-    """Steps of a picture between the first run, or the last, and all others, and the rows whose runs are halves of
+def lone_run(rows: PictureRows, camera: int, level: float) -> tuple[Regression, list[Candidate]] | None:
+    """Steps of a picture between the first run, or the last, and all others, and the problem whose runs are halves of
     runs: no other run predicts a single one, its own other half does.  None where the others scatter so from run to run
     that it may be one of them, as often as ``level``."""
     runs = int(rows.known[:, W.RUN].max()) + 1
@@ -72,20 +81,20 @@ def lone_run(rows: FrameRows, camera: int, level: float) -> tuple[FrameRows, lis
     for first, run in ((1, 0), (runs - 1, runs - 1)):
         chance = _alone(off, run)
         for word, targets in MOVES.items():
-            if ENDS * len(PICTURE) * min(chance[PICTURE.index(one)] for one in targets) < level:
+            if ENDS * len(TARGETS) * min(chance[TARGETS.index(one)] for one in targets) < level:
                 lone.append(followed(word, _moved(targets, camera), f"a step before run {first}", _before(first)))
     if not lone:
         return None
     part = np.minimum((rows.known[:, W.SHARE] * HALVES).astype(np.int64), HALVES - 1)
     half = (rows.known[:, W.RUN].astype(np.int64) * HALVES + part)[rows.at]
-    return replace(rows, problem=replace(rows.problem, run=half)), lone
+    return replace(rows.problem, run=half), lone
 
 
-def _of_each_run(rows: FrameRows, camera: int, runs: int) -> Array:
+def _of_each_run(rows: PictureRows, camera: int, runs: int) -> Array:
     """What the picture does (runs, 4) in each run, against the mean of all."""
     problem, columns = rows.problem, []
     number = rows.known[rows.at, W.RUN].astype(int)
-    for target in PICTURE:
+    for target in TARGETS:
         unit = rows.columns([Term(target, 1.0, (), x=float(camera))])[:, 0]
         columns += [unit * (number == run) for run in range(runs)]
     every = np.column_stack([*columns, problem.nuisances])
@@ -94,7 +103,7 @@ def _of_each_run(rows: FrameRows, camera: int, runs: int) -> Array:
     # The mean is the markers' own places: a fit of least norm leaves it out.
     fit = np.linalg.lstsq(every.T @ every, every.T @ problem.residual, rcond=1e-10)[0]
     own = len(columns)
-    off = (fit[:own] / np.where(size[:own] > 0, size[:own], 1.0)).reshape(len(PICTURE), runs).T
+    off = (fit[:own] / np.where(size[:own] > 0, size[:own], 1.0)).reshape(len(TARGETS), runs).T
     return np.asarray(off - off.mean(0), float)
 
 
