@@ -15,6 +15,7 @@ from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
 from analysis.gap.laws.frames.card import find_card_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import without_frame_laws
+from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
 from analysis.gap.laws.frames.drifting_clock import drifting_clock_law
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
@@ -52,6 +53,7 @@ def measurement_laws(
             misfit = _misfit(again) / WORSE
             if misfit <= _misfit(best) or misfit <= interpolated_misfit(ladder.measured, found):
                 laws, series, best = (*laws, *found), corrected, again
+                told = _without_feigned_delay(told, found, ladder, again)
                 told = told or [_delay_structure(one, ladder) for one in found]
     if asked:
         # The disk alone in one view: the two say how they miss each other, flights which of them is off.
@@ -83,6 +85,17 @@ def measurement_laws(
     others = [one for one in best.structure if one.stage != "measurement"]
     structure = tuple(sorted([*told, *others], key=lambda one: -one.strength))
     return laws, replace(best, measured=ladder.measured, structure=structure)
+
+
+def _without_feigned_delay(
+    told: list[Structure], found: tuple[LawFound, ...], ladder: Ladder, again: Ladder
+) -> list[Structure]:
+    """``told`` but for a delay that changes, where it is gone ``again`` without what laws of pictures say, and none was
+    found of a delay: a picture that lies elsewhere in some runs moves points as a late camera does."""
+    changed, delayed = ladder.measurement.clock_change, [t for one in found for t in one.law.terms if t.target == DELAY]
+    if delayed or again.measurement.clock_change is not None:
+        return told
+    return [one for one in told if one is not changed]
 
 
 def _card_law(
