@@ -5,18 +5,21 @@ to one candidate, for a step alone explains half of what lies to both sides of t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.modulated import DRAG, FEW, ROOM, Carrier, Modulator, fixed
-from analysis.gap.laws.dictionary.parts import RigScales, plain
+from analysis.gap.laws.dictionary.modulated import DRAG, FEW, FRICTION, ROOM, Carrier, Modulator, Products, fixed
+from analysis.gap.laws.dictionary.parts import SCALE_STEP, RigScales, plain
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]
+# How often what comes and goes does so over all runs, and the fewest runs in which once: fewer are no wave.
+TURNS, SHORTEST, TURN = (0.7, 1.0, 2.0), 4.0, 2 * math.pi
 
 
 def steps_between(known: Array) -> list[float]:
@@ -30,10 +33,21 @@ def of_flights_between(scales: RigScales) -> Iterator[Candidate]:
     for step in range(1, scales.runs):
         for carrier in (ROOM, DRAG, *FEW):
             yield from carrier.times(_there_and_from(step - 0.5))
+    yield from FRICTION.times(_comes_and_goes(scales.runs))
 
 
 def _there_and_from(step: float) -> Modulator:
     return fixed(f"that is another from run {step + 1.5:g} on", (), (Factor("run", "beyond", 1.0, step),))
+
+
+def _comes_and_goes(runs: int) -> Modulator:
+    """Once or twice up and down over the series, as the air of a room in the course of a day."""
+
+    def make(scale: float) -> Products:
+        return tuple((wave,) for wave in waves("run", 1.0, max(scale, SHORTEST / TURN)))
+
+    starts = tuple(((runs / turns / TURN,), (SCALE_STEP,)) for turns in TURNS if runs / turns >= SHORTEST)
+    return Modulator("that comes and goes over the runs", make, starts, (True,))
 
 
 def law_between(word: str, target: str, known: Array) -> list[Candidate]:
