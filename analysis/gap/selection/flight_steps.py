@@ -200,7 +200,7 @@ def _beside_own_friction(
     own = own_friction(base, added.columns)
     if own is None or own.acceleration_m_per_s2 < units.negligible_m_per_s2:
         return None
-    held = holding_friction(runs, own)
+    held = holding_friction(runs, own, base)
     start = _fitted(held, base, chosen, [t for t in chosen if t.named])
     again = _grown(held, start, [t for t in named_terms if t.name != "friction_drift"], probe_terms, least, units)
     if added not in again.chosen:

@@ -15,7 +15,7 @@ from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.evidence import Evidence
 from analysis.gap.cause import SMALLEST_P
-from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit, fit
 from analysis.gap.thresholds import GAIN
 
 Array = NDArray[np.float64]
@@ -31,7 +31,8 @@ NOTHING_LEFT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class OwnFriction:
-    """``shares`` (R,) of the common friction that the runs have, the fall of -2 log L by them, the RMS acceleration
+    """``shares`` (R,) of the common friction that the runs have (NaN of a run all of whose flights are so far off the
+    common one that none is heeded), the fall of -2 log L by them, the RMS acceleration
     (m/s^2) that they make, and how often chance makes as much of them."""
 
     shares: Array
@@ -61,26 +62,32 @@ def own_friction(base: FlightFit, beside: Sequence[str] = ()) -> OwnFriction | N
     own, forms = with_own_friction(base).forms.solved(others), base.forms
     at, inner = forms.at([FRICTION])[0], forms.at(others)
     information = forms.information[:, at, at]
-    if not np.all(information > 0):
+    told = information > 0
+    if np.count_nonzero(told) < FEWEST_RUNS:
         return None
+    over = np.where(told, 1 / np.where(told, information, 1.0), np.nan)
     # Each run's own step where the others' rest.
-    steps = (forms.score[:, at] - forms.information[:, at][:, inner] @ own.step) / information
-    eliminated = float(np.sum(forms.score[:, at] ** 2 / information))
+    steps = (forms.score[:, at] - forms.information[:, at][:, inner] @ own.step) * over
+    eliminated = float(np.nansum(forms.score[:, at] ** 2 * over))
     gain = forms.solved(names).cost - (own.cost - eliminated)
     shares = np.maximum(1 + steps / friction, 0.0)
-    acceleration = friction * GRAVITY_M_PER_S2 * float(np.std(shares))
+    acceleration = friction * GRAVITY_M_PER_S2 * float(np.nanstd(shares))
     excess = max(base.misfit - base.count, 0.0)
     if gain < max(GAIN + float(chdtri(runs - 1, SELDOM)), LEAST_SHARE * excess):
         return None
     return OwnFriction(shares, gain, acceleration, max(float(chdtrc(runs - 1, gain)), SMALLEST_P))
 
 
-def holding_friction(runs: Sequence[Run], own: OwnFriction) -> tuple[Run, ...]:
-    """The runs with the frictions that they have of their own."""
-    return tuple(
-        replace(run, data=replace(run.data, friction_share=run.data.friction_share * float(share)))
-        for run, share in zip(runs, own.shares, strict=True)
-    )
+def holding_friction(runs: Sequence[Run], own: OwnFriction, base: FlightFit) -> tuple[Run, ...]:
+    """The runs with the frictions that they have of their own; one that ``base`` does not heed is fitted by itself."""
+    common = float(base.model.parameters[INDEX[FRICTION]])
+    out = []
+    for run, share in zip(runs, own.shares, strict=True):
+        if not np.isfinite(share):
+            alone = fit((run,), base.model, noise=base.noise)
+            share = float(alone.model.parameters[INDEX[FRICTION]]) / common
+        out.append(replace(run, data=replace(run.data, friction_share=run.data.friction_share * float(share))))
+    return tuple(out)
 
 
 def _eliminated(one: Evidence) -> Evidence:

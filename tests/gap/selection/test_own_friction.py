@@ -11,6 +11,7 @@ import pytest
 
 from analysis.flights.evidence import Evidence
 from analysis.flights.fit import SHARED
+from analysis.gap.selection import flight_steps
 from analysis.gap.selection.flight_candidates import Units, gain_of
 from analysis.gap.selection.flights.fit import DRIFT_RUN, FlightFit
 from analysis.gap.selection.flights.model import nominal_model
@@ -50,11 +51,10 @@ def flights(friction_share, tilt=(0.0, 0.0), seed=0, left=0.0):
         value = (table[:, :3] @ [FRICTION * share, *tilt] + noise) / 0.02
         table = table / 0.02
         evidence.append(Evidence(columns, table.T @ table, table.T @ value, 0.0, 400, 20, 0, 0.0, 1.0))
-    return FlightFit(
-        nominal_model(["floor_friction"], friction=FRICTION), (SimpleNamespace(run=SimpleNamespace(contact_radius_m=0.04)),),
-        tuple(evidence), np.zeros((0, 0)), ("friction",), 400.0 * RUNS + left,
-        400 * RUNS, None,
-    )  # fmt: skip
+    alone = SimpleNamespace(run=SimpleNamespace(contact_radius_m=0.04))
+    model, none = nominal_model(["floor_friction"], friction=FRICTION), np.zeros((0, 0))
+    misfit = 400.0 * RUNS + left
+    return FlightFit(model, (alone,), tuple(evidence), none, ("friction",), misfit, 400 * RUNS, None)
 
 
 def test_a_tilt_that_friction_hides_is_seen_beside_it():
@@ -75,12 +75,13 @@ def test_a_drift_of_the_friction_says_nothing_beside_that_of_each_run():
 
 def test_the_runs_frictions_are_told():
     """As shares of the common one, beside a tilt; the runs then hold them."""
-    own = own_friction(flights(HUMID, (0.003, -0.002)), TILT.columns)
+    base = flights(HUMID, (0.003, -0.002))
+    own = own_friction(base, TILT.columns)
     np.testing.assert_allclose(own.shares - 1, HUMID, atol=0.01)
     assert own.acceleration_m_per_s2 == pytest.approx(FRICTION * 9.81 * np.std(HUMID), rel=0.1)
     assert own.p < 1e-6
     runs = [Held(Friction(2.0))] * RUNS
-    assert [run.data.friction_share for run in holding_friction(runs, own)] == list(2.0 * own.shares)
+    assert [run.data.friction_share for run in holding_friction(runs, own, base)] == list(2.0 * own.shares)
 
 
 def test_frictions_that_are_alike_or_explain_little_are_none():
@@ -89,3 +90,24 @@ def test_frictions_that_are_alike_or_explain_little_are_none():
     assert own_friction(flights(HUMID[:3])) is None
     assert own_friction(flights(HUMID)) is not None
     assert own_friction(flights(HUMID, left=1e6)) is None
+
+
+@pytest.mark.parametrize(("friction", "tilt"), [(HUMID, (0.01, -0.006)), (HUMID, (0.0, 0.0)), (0 * HUMID, (0.01, 0.0))])
+def test_a_name_is_taken_beside_frictions_of_the_runs_own(monkeypatch, friction, tilt):
+    """Where both are surely there; alone, a law or the ladder's usual way says either."""
+    base, held = flights(friction, tilt), []
+
+    def grown(runs, start, named, *_):
+        held.extend(runs)
+        return flight_steps._Grown(start, [TILT], {}, [], [], [])
+
+    monkeypatch.setattr(flight_steps, "_fitted", lambda *_: flights(0 * HUMID, tilt))
+    monkeypatch.setattr(flight_steps, "_grown", grown)
+    before = flight_steps._Grown(base, [], {}, ["first"], [], [])
+    runs = [Held(Friction(1.0))] * RUNS
+    found = flight_steps._beside_own_friction(runs, before, [TILT], [], 100.0, UNITS)
+    assert (found is not None) == (np.any(friction) and np.any(tilt))
+    if found is not None:
+        (_, chosen, _, first, *_), structure = found
+        assert chosen == [TILT] and first == ["first"] and structure.goes_with == flight_steps.OWN_FRICTION
+        np.testing.assert_allclose([run.data.friction_share - 1 for run in held], HUMID, atol=0.02)
