@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.gap.finding import Finding
 from analysis.gap.laws.belief import believed
-from analysis.gap.laws.choice.search import LEVEL, find_law
+from analysis.gap.laws.choice.search import LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound, replaced
 from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
@@ -124,8 +124,9 @@ def _picture_law(
     rows: FrameRows | None, series: Series, rng: np.random.Generator, camera: int
 ) -> list[LawFound]:  # fmt: skip
     """The law of a camera's picture: one or none.  Where a single run at either end lies apart, that is asked first: a
-    shift that settles passes for it."""
-    alone = None if rows is None else lone_run(rows, camera, LEVEL)
+    shift that settles passes for it.  How runs scatter, four of them hardly say: once in a hundred is enough there, as
+    half runs are held out besides."""
+    alone = None if rows is None else lone_run(rows, camera, LEVEL_WHERE_LEFT)
     if rows is not None and alone is not None:
         problem, steps = alone
         found = _law_of(replace(rows, problem=problem), series, rng, steps)
