@@ -40,12 +40,22 @@ class Cause:
     rivals: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class RunPlace:
+    """Where something lies in a run (its ``number``) off its mean place: x and y (m) with the sd of either."""
+
+    number: int
+    x_m: float
+    y_m: float
+    sd_m: float
+
+
 @dataclass(frozen=True, eq=False)
 class Structure:
     """Something no effect of the library explains: where it lies, what it goes with, and its ``size`` in ``unit``.
 
     ``strength``: how many times what is negligible; ``gain``: fall of -2 log L; ``p``: how often chance makes the best
-    of all that was tried look so."""
+    of all that was tried look so; ``places`` of the runs where each lies in its own, in no order."""
 
     stage: str
     phase: str
@@ -56,6 +66,7 @@ class Structure:
     size: float
     unit: str
     p: float
+    places: tuple[RunPlace, ...] = ()
 
     def entry(self) -> dict[str, Any]:
         """It in ``left`` of diagnosis.json."""

@@ -89,7 +89,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "effects": [c.effect for c in causes],
         "equivalent": _equivalent(causes),
         "stage": None if strongest is None else strongest.stage,
-        "left": [s.entry() for s in ladder.structure],
+        "left": [_left(one, ladder.series) for one in ladder.structure],
         "laws": [law.entry(f"law-{i + 1}.toml", rng) for i, law in enumerate(laws)],
         "probabilities": probabilities(ladder, causes, judged.detectable, float(np.mean(list(seen.values())))),
         "unlisted_seen": seen,
@@ -143,6 +143,23 @@ def verdict_of(ladder: Ladder) -> str:
     if ladder.structure:
         return "unknown"
     return "effect" if ladder.causes else "none"
+
+
+def _left(one: Structure, series: Series) -> dict[str, Any]:
+    """It in ``left`` of diagnosis.json, and where each run lies, in the world, where each has a place of its own."""
+    entry = one.entry()
+    if one.places:
+        c, s, length = np.cos(series.frame.turn_rad), np.sin(series.frame.turn_rad), series.frame.length
+        entry["runs"] = [
+            {
+                "run": series.names[at.number],
+                "x_m": float(length * (c * at.x_m - s * at.y_m)),
+                "y_m": float(length * (s * at.x_m + c * at.y_m)),
+                "sd_m": length * at.sd_m,
+            }
+            for at in one.places
+        ]
+    return entry
 
 
 def _interval(value_sd: tuple[float, float]) -> dict[str, float]:

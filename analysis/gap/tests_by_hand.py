@@ -75,8 +75,8 @@ def unknown_test(stage: str, goes_with: str) -> str:
         )
     if goes_with.startswith(IN_PICTURE):
         until = (
-            "The field that was learnt has taken it out as far as markers tell: not what shifts, tilts or scales all of "
-            "them, so do not trust a tilt, a scale or a window found here."
+            "The field that was learnt has taken it out as far as markers tell: not what shifts, tilts or scales all "
+            "of them, so do not trust a tilt, a scale or a window found here."
             if goes_with.endswith(BENT)
             else "Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
         )

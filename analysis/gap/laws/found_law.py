@@ -3,7 +3,8 @@ be."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,13 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run
 from analysis.gap.laws.choice.found import Found, Rival
-from analysis.gap.laws.dictionary.candidate import with_coefficients
+from analysis.gap.laws.dictionary.candidate import named_numbers, with_coefficients
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.formula import as_latex, as_text
-from ovines.core.laws.terms import WrittenLaw
+from ovines.core.laws.terms import Term, WrittenLaw
 
 Array = NDArray[np.float64]
 NORMAL_90 = 1.645
@@ -107,3 +108,14 @@ def _other(one: Rival, frame: RigFrame) -> Other:
 def in_world(law: WrittenLaw, frame: RigFrame) -> WrittenLaw:
     """A law of the rig's frame in the world's."""
     return law.moved(frame.turn_rad, frame.origin_m.tolist())
+
+
+def replaced(law: LawFound, terms: Sequence[Term] | None, frame: RigFrame) -> LawFound | None:
+    """The law written by other ``terms`` of the rig's, whose numbers are known as well; None of none."""
+    if terms is None:
+        return None
+    rig_law = WrittenLaw(tuple(terms))
+    told = in_world(rig_law, frame)
+    sds = {name: sd for name, (_, sd, _) in law.numbers.items()}
+    numbers = {name: (value, sds.get(name, 0.0), unit) for name, (value, unit) in named_numbers(told).items()}
+    return replace(law, law=told, rig_law=rig_law, numbers=numbers)

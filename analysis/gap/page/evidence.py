@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -65,11 +67,27 @@ def evidence_section(page: Page, diagnosis: Diagnosis) -> None:
         ],
         text_columns=(0, 1, 2, 3, 5),
     )
+    for left in summary["left"]:
+        if "runs" in left:
+            _each_run(section, left["runs"])
     shown: set[tuple[str, str]] = set()
     for left in summary["left"]:
         if (left["stage"], left["coordinate"]) not in shown and len(shown) < 3:
             shown.add((left["stage"], left["coordinate"]))
             _evidence(section, diagnosis, left["goes_with"], left["stage"], left["coordinate"])
+
+
+def _each_run(section: Section, runs: Sequence[dict[str, Any]]) -> None:
+    """Where the wall lies in each run."""
+    section.add_text(
+        "The wall lies elsewhere in each run, in no order of the runs: each has a place of its own, which no formula "
+        "tells beforehand. Where it lay, off the mean of all:"
+    )
+    section.add_table(
+        ("run", "x (µm)", "y (µm)", "sd (µm)"),
+        [(one["run"], *(f"{1e6 * one[name]:.0f}" for name in ("x_m", "y_m", "sd_m"))) for one in runs],
+        text_columns=(0,),
+    )
 
 
 def _evidence(section: Section, diagnosis: Diagnosis, finding: str, stage: str, coordinate: str) -> None:

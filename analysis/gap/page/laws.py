@@ -57,7 +57,9 @@ def laws_section(page: Page, diagnosis: Diagnosis) -> None:
     if not diagnosis.laws:
         section.add_missing(
             "a formula for what is left",
-            "no candidate beats chance on runs held out.",
+            "each run has a place of its own, which no formula tells beforehand."
+            if all("runs" in left for left in summary["left"])
+            else "no candidate beats chance on runs held out.",
         )
         return
     section.add_text(

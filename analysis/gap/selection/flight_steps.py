@@ -21,6 +21,7 @@ from analysis.gap.selection.flights.model import nominal_model, with_free, witho
 from analysis.gap.selection.flights.terms import EFFECT_TERMS, FlightTerm, terms
 from analysis.gap.selection.left_in_flights import left_in_flights
 from analysis.gap.selection.null_distribution import flight_null_distribution, threshold
+from analysis.gap.selection.own_friction import holding_friction, own_friction, with_own_friction
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT, GAIN, IMPROVED, OVERRIDES, SIGNIFICANCE
 
@@ -29,6 +30,8 @@ Array = NDArray[np.float64]
 PROBE_SHARE = 1.15
 #: effects that are friction itself, not a term beside it
 FRICTION = ("floor_friction", "spin_coupling")
+# What friction goes with that each run has of its own.
+OWN_FRICTION = "the run: friction of each by itself"
 # Terms added at the most; each is a refit of all flights.
 MOST_TERMS = 8
 
@@ -96,7 +99,9 @@ def select_flight_effects(
     named_terms = tuple(t for t in named_terms if not known & set(t.columns))
     null_distribution = flight_null_distribution(base, (*named_terms, *probe_terms), rng)
     least = threshold(null_distribution, GAIN / 2)
-    base, chosen, rivals, first, every, probes = _grown(runs, base, named_terms, probe_terms, least, units)
+    grown = _grown(runs, base, named_terms, probe_terms, least, units)
+    own = _beside_own_friction(runs, grown, named_terms, probe_terms, least, units)
+    base, chosen, rivals, first, every, probes = grown if own is None else own[0]
     last = {g.term.name: g for g in (*every, *probes)}
     # What was missing first was measured before the others were in.
     causes = [replace(c, parameters=friction_cause(c.effect, base, c.gain, units).parameters) for c in causes]
@@ -105,6 +110,8 @@ def select_flight_effects(
     ]
     structure = [structure_of(last[t.name], null_distribution, units) for t in chosen if not t.named]
     strongest = max((c.strength for c in causes), default=0.0) * units.negligible_m_per_s2
+    if own is not None:
+        structure = [own[1], *structure]
     left, left_p = left_in_flights(runs, base, units, rng, strongest)
     if left is not None and not structure:
         structure = [left]
@@ -170,6 +177,39 @@ def _grown(
         base, chosen = fitted, trial
         every, probes = gains(base, named_terms, units), gains(base, probe_terms, units)
     return _Grown(base, chosen, rivals, first, every, probes)
+
+
+def _beside_own_friction(
+    runs: Sequence[Run],
+    grown: _Grown,
+    named_terms: Sequence[FlightTerm],
+    probe_terms: Sequence[FlightTerm],
+    least: float,
+    units: Units,
+) -> tuple[_Grown, Structure] | None:
+    """The terms that flights ask for whose friction is each run's own, and that friction as structure; None where no
+    name is asked for beside it that is not without it, or where the runs' frictions do not surely differ."""
+    base, chosen = grown.base, grown.chosen
+    if own_friction(base) is None:
+        return None
+    free = [t for t in named_terms if t not in chosen and t.name != "friction_drift"]
+    found = [g for g in gains(with_own_friction(base), free, units) if _accepted(g, least, units)]
+    if not found:
+        return None
+    added = max(found, key=lambda g: g.held_out).term
+    own = own_friction(base, added.columns)
+    if own is None or own.acceleration_m_per_s2 < units.negligible_m_per_s2:
+        return None
+    held = holding_friction(runs, own, base)
+    start = _fitted(held, base, chosen, [t for t in chosen if t.named])
+    again = _grown(held, start, [t for t in named_terms if t.name != "friction_drift"], probe_terms, least, units)
+    if added not in again.chosen:
+        return None
+    size = own.acceleration_m_per_s2
+    structure = Structure(
+        "flight", "free flight", "x", OWN_FRICTION, size / units.negligible_m_per_s2, own.gain, size, "m/s^2", own.p
+    )
+    return again._replace(first=grown.first), structure
 
 
 def first_flights(series: Series, effects: Sequence[str]) -> FlightFit:

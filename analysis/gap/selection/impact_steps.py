@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
-from analysis.gap.cause import Cause, Structure
+from analysis.gap.cause import EACH_RUN, Cause, Structure
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_laws import rivals_of, select_laws
 from analysis.gap.selection.impacts.distance import distance_gains
 from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
 from analysis.gap.selection.impacts.gain import NEGLIGIBLE, ImpactGain
+from analysis.gap.selection.impacts.own_places import own_places
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -244,7 +245,8 @@ def _distance_structure(probes: Sequence[ImpactGain], causes: Sequence[Cause], l
 
 
 def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[Structure]:
-    """Scatter of the impacts beyond what is usual, where no covariate explains it."""
+    """Scatter of the impacts beyond what is usual, where no covariate explains it, and a wall that lies elsewhere in
+    each run, in no order."""
     base = step.fitted
     if base is None or any(s.stage in ("impact", "geometry", "measurement") for s in found):
         return []
@@ -265,6 +267,11 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
             )
         )
     usual_m = USUAL_DISTANCE * base.wall.wall.size_m
+    places, size_m, gain, p = own_places(base.wall)
+    least_m = DISTANCE_NEGLIGIBLE * base.wall.wall.size_m
+    if places and size_m > least_m:
+        strength = size_m / least_m
+        return [*out, Structure("geometry", "impact", "radius", EACH_RUN, strength, gain, size_m, "m", p, places)]
     # What the frames' own noise makes of the distances (a smeared disk's among them) is no scatter of the wall.
     used = base.wall.used
     sds_m = base.wall.impacts.sd("gap")[used]

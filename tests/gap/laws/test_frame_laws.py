@@ -174,13 +174,16 @@ class Asked:
     flights: SimpleNamespace
     structure: tuple[SimpleNamespace, ...]
     measured: str
+    measurement: SimpleNamespace
+    drive: None = None
 
 
 def asked(misfit, stage="measurement", measured="as it came"):
     fits = [SimpleNamespace(misfit=np.full(3, 9 * misfit), freedom=np.array([9, 9, 0]))]
     return Asked(
-        SimpleNamespace(nominal=SimpleNamespace(fits=fits)), (SimpleNamespace(stage=stage, strength=1.0),), measured
-    )
+        SimpleNamespace(nominal=SimpleNamespace(fits=fits)), (SimpleNamespace(stage=stage, strength=1.0),), measured,
+        SimpleNamespace(clock_change=None),
+    )  # fmt: skip
 
 
 def a_law():
@@ -196,6 +199,7 @@ def searches(monkeypatch):
 
     def found(misfits, frames=None, picture=(), clock=None):
         monkeypatch.setattr(of_measurement, "changed_picture_laws", lambda series: ())
+        monkeypatch.setattr(of_measurement, "drifting_clock_law", lambda series, drive: None)
         monkeypatch.setattr(of_measurement, "delay_follows", lambda series: False)
         monkeypatch.setattr(of_measurement, "find_frame_laws", lambda series, rng: frames or ((), series))
         monkeypatch.setattr(of_measurement, "find_marker_laws", lambda series, rng: ((), series))
@@ -232,6 +236,30 @@ def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, m
     assert found == (law, card) and asked_of == ["corrected"]
     assert [one.stage for one in after.structure] == ["measurement", "measurement", "flight"]
     assert after.measured == before.measured
+
+
+def test_a_clock_that_drifts_from_run_to_run_is_told_beside_what_else_is(searches, monkeypatch):
+    """It is taken out before anything else is asked."""
+    drift, told, before = a_law(), SimpleNamespace(stage="measurement", strength=5.0), asked(1.17, "flight")
+    searches({"in other times": 1.17})
+    monkeypatch.setattr(of_measurement, "drifting_clock_law", lambda series, drive: (drift, told))
+    monkeypatch.setattr(of_measurement, "without_frame_laws", lambda series, laws: "in other times")
+    found, after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
+    assert found == (drift,) and after.structure[0] is told and after.measured == before.measured
+
+
+def test_a_delay_that_a_pictures_law_takes_away_is_not_told():
+    """Points that a picture moves in some runs seem moved by a late camera; where one is late still, that is told."""
+    delay, shift = SimpleNamespace(stage="measurement"), SimpleNamespace(stage="measurement")
+    before, after = (SimpleNamespace(measurement=SimpleNamespace(clock_change=one)) for one in (delay, None))
+    laws = {
+        target: SimpleNamespace(law=WrittenLaw((Term(target, 1.0, (Factor("run"),), 1.0),)))
+        for target in ("picture_u", "camera_delay")
+    }
+    told = of_measurement._without_feigned_delay([delay, shift], (laws["picture_u"],), before, after)
+    assert told == [shift]
+    assert of_measurement._without_feigned_delay([delay, shift], tuple(laws.values()), before, after) == [delay, shift]
+    assert of_measurement._without_feigned_delay([delay, shift], (laws["picture_u"],), before, before) == [delay, shift]
 
 
 @pytest.mark.parametrize(("first", "second", "kept"), [(1.5, 1.19, None), (1.3, 1.175, 1), (1.1, 1.16, 0)])

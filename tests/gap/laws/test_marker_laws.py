@@ -4,12 +4,13 @@ Causes of the plant, whose code shares nothing with the search; kinds in view: n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
 from analysis.blind.plant.host import HOST_M_PER_S2
+from analysis.gap.drive.findings import DriveSteps
 from analysis.gap.laws.dictionary.candidate import named_numbers, with_coefficients
 from analysis.gap.laws.frames import asked as of_measurement
 from analysis.gap.laws.frames.corrected import without_frame_laws
@@ -55,6 +56,7 @@ class Asked:
 
     measured: object
     structure: tuple
+    drive: DriveSteps = field(default_factory=DriveSteps)
 
 
 def test_without_the_marker_everything_is_asked_again(loaded, monkeypatch):

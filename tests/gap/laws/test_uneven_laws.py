@@ -59,6 +59,9 @@ FLIGHTS = {
     "a table that is knocked in the run": (
         Term("fixed_direction", 1.0, (Factor("time", "beyond", 1.0, 0.21),), x=2.0), None,
     ),
+    "a table that is levelled anew between two runs": (
+        Term("fixed_direction", 1.0, (Factor("run", "sign", x=2.5),), x=2.0), None,
+    ),
     "a disk with poles beside a ring of steel": (
         Term("outwards", 1.0, (Factor("gap", "exponential", 1.0, 0.005),)), Factor("body_angle", "cosine", 2.0, x=0.3),
     ),

@@ -15,7 +15,9 @@ from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
 from analysis.gap.laws.frames.card import find_card_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import without_frame_laws
+from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
+from analysis.gap.laws.frames.drifting_clock import drifting_clock_law
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.laws.frames.seen_disk import find_seen_disk_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
@@ -37,6 +39,10 @@ def measurement_laws(
     told = [one for one in ladder.structure if one.stage == "measurement"]
     laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
     asked = bool(told)
+    drifting = drifting_clock_law(series, ladder.drive)
+    if drifting is not None:
+        series = without_frame_laws(series, [drifting[0].law])
+        laws, best = (*laws, drifting[0]), run_ladder(series, rng, withheld)
     if told or delay_follows(series):
         found, corrected = find_frame_laws(series, rng)
         if not told:  # what nothing else asked for is believed by itself only
@@ -45,8 +51,9 @@ def measurement_laws(
         if found:
             again = run_ladder(corrected, rng, withheld)
             misfit = _misfit(again) / WORSE
-            if misfit <= _misfit(ladder) or misfit <= interpolated_misfit(ladder.measured, found):
+            if misfit <= _misfit(best) or misfit <= interpolated_misfit(ladder.measured, found):
                 laws, series, best = (*laws, *found), corrected, again
+                told = _without_feigned_delay(told, found, ladder, again)
                 told = told or [_delay_structure(one, ladder) for one in found]
     if asked:
         # The disk alone in one view: the two say how they miss each other, flights which of them is off.
@@ -71,11 +78,24 @@ def measurement_laws(
     card, again = _card_law(series, best, rng, withheld)
     if card is not None:
         laws, best, told = (*laws, card), again, [*told, _card_structure(card)]
+    if drifting is not None:
+        told = [*told, drifting[1]]
     if not laws:
         return (), ladder
     others = [one for one in best.structure if one.stage != "measurement"]
     structure = tuple(sorted([*told, *others], key=lambda one: -one.strength))
     return laws, replace(best, measured=ladder.measured, structure=structure)
+
+
+def _without_feigned_delay(
+    told: list[Structure], found: tuple[LawFound, ...], ladder: Ladder, again: Ladder
+) -> list[Structure]:
+    """``told`` but for a delay that changes, where it is gone ``again`` without what laws of pictures say, and none was
+    found of a delay: a picture that lies elsewhere in some runs moves points as a late camera does."""
+    changed, delayed = ladder.measurement.clock_change, [t for one in found for t in one.law.terms if t.target == DELAY]
+    if delayed or again.measurement.clock_change is not None:
+        return told
+    return [one for one in told if one is not changed]
 
 
 def _card_law(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import delay_candidates
+from analysis.gap.laws.frames.forms.by_run import shifts_by_run
 from analysis.gap.laws.frames.forms.followed import (
     after_blows,
     settled,
@@ -53,6 +54,8 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
         if key[0] in PICTURE:  # what hangs on the shaker's frame is shaken by its reaction, whatever the drive
             out += with_host(WORDS[key[0]], make, known)
             out += with_disk(WORDS[key[0]], make, known)
+    for camera in sorted({key[1] for key in rows.units if key[0] == "picture_u"}):
+        out += shifts_by_run(known, camera)
     units = {WORDS[key[0]]: (partial(_term, key), unit[:, None]) for key, unit in rows.units.items()}
     return [*out, *best_rates(units, rows, rng)]
 

@@ -8,20 +8,23 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.gap.finding import Finding
 from analysis.gap.laws.belief import believed
-from analysis.gap.laws.choice.search import find_law
+from analysis.gap.laws.choice.search import LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate
-from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.found_law import LawFound, replaced
 from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import late_camera, least_delay_s
 from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidates, marker_candidates, moved_rms
+from analysis.gap.laws.frames.forms.by_run import lone_run, nil_in
 from analysis.gap.laws.frames.markers import MarkerRows, marker_rows, restless_markers
 from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, key_of, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.measurement.rigid_bodies import loose_markers
+from analysis.gap.measurement.two_views import two_views
 from analysis.gap.series import Series
 from analysis.gap.thresholds import LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
 from ovines.core.laws.terms import Term, WrittenLaw
@@ -44,7 +47,8 @@ def find_frame_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[Law
     for camera in cameras:
         rows = picture_rows(series, camera)
         seen = seen or rows is not None
-        still += _law_of(rows, series, rng)
+        still += _picture_law(rows, series, rng, camera)
+    still = _nil_somewhere(still, series)
     series = without_frame_laws(series, [one.law for one in still])
     laws += still
     rows = view_rows(series, (DELAY,) if seen else (DELAY, *PICTURE))
@@ -114,6 +118,42 @@ def _law_of(
     if not any(moved[key] > least for key, least in _negligible(rows, series).items() if key in moved):
         return []
     return _told(told_law(rows, found, p, series.frame), max(moved.values()))
+
+
+def _picture_law(
+    rows: FrameRows | None, series: Series, rng: np.random.Generator, camera: int
+) -> list[LawFound]:  # fmt: skip
+    """The law of a camera's picture: one or none.  Where a single run at either end lies apart, that is asked first: a
+    shift that settles passes for it.  How runs scatter, four of them hardly say: once in a hundred is enough there, as
+    half runs are held out besides."""
+    alone = None if rows is None else lone_run(rows, camera, LEVEL_WHERE_LEFT)
+    if rows is not None and alone is not None:
+        problem, steps = alone
+        found = _law_of(replace(rows, problem=problem), series, rng, steps)
+        if found:
+            return found
+    return _law_of(rows, series, rng)
+
+
+def _nil_somewhere(laws: list[LawFound], series: Series) -> list[LawFound]:
+    """Laws of pictures that go with the run, each nil in the run - the first, the last or halfway - that leaves the
+    least of a window's offset beside them, where there is one: still markers know nothing of a constant, and a camera
+    was calibrated before somebody knocked against it, or when it had warmed up."""
+    last = len(series.runs) - 1.0
+    for i, law in enumerate(laws):
+        window = _window(series, laws)
+        if window is None or not window.found:
+            break
+        others = [replaced(law, nil_in(law.rig_law.terms, run, last), series.frame) for run in (0, last, 0.5 * last)]
+        tried = [laws, *([*laws[:i], one, *laws[i + 1 :]] for one in others if one is not None)]
+        laws = min(tried, key=lambda some: getattr(_window(series, some), "size", np.inf))
+    return laws
+
+
+def _window(series: Series, laws: Sequence[LawFound]) -> Finding | None:
+    """What two views say of the second camera's window without what ``laws`` say."""
+    found = two_views(without_frame_laws(series, [one.law for one in laws]), []).findings
+    return next((one for one in found if one.effect == "sensor_window_offset"), None)
 
 
 def _marker_law(rows: MarkerRows | None, series: Series, rng: np.random.Generator) -> list[LawFound]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from analysis.gap.laws.dictionary.between_runs import of_flights_between
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.flights.way import way_candidates
 from analysis.gap.laws.dictionary.forces import force_candidates, torque_candidates
@@ -22,6 +23,7 @@ def flight_candidates(scales: RigScales) -> list[Candidate]:
         *friction_candidates(scales),
         *ring_candidates(scales),
         *uneven_candidates(scales),
+        *of_flights_between(scales),
         *torque_candidates(scales),
         *way_candidates(scales),
     ]

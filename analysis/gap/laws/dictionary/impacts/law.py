@@ -3,11 +3,10 @@ of incidence, the wall's own speed, spin, azimuth, the side of the disk, phase, 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.laws.dictionary.between_runs import law_between
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
 from analysis.gap.laws.dictionary.impacts.around import (
     IN_STEP,
@@ -227,17 +226,12 @@ def _scaled(target: str, known: Array) -> list[Candidate]:
         ("the spin, ending", W.SPIN, ("spin", "decay", 1.0), SCALES[1:]),
         ("the time in the run, settling", W.TIME, ("time", "exponential", 1.0), SCALES),
         ("the time in the run, at once", W.TIME, ("time", "below", 1.0), CHANGES),
-        ("the run, at once", W.RUN, ("run", "below", 1.0), CHANGES),
     ):
         values = np.abs(known[:, column])
         seen = values[values < 0.5 * W.LONG_AGO_S]
-        if column == W.RUN:
-            sizes = sorted({math.floor(s) + 0.5 for s in np.quantile(seen, at)}) if np.ptp(seen) > 0 else []
-            out += [plain(f"{word} with {name}", Term(target, 1.0, (Factor("run", "below", 1.0, s),))) for s in sizes]
-            continue
         sizes = sorted({float(s) for s in np.quantile(seen, at)}) if len(seen) else []
         out += scaled(f"{word} with {name}", target, shape, sizes)
         if column == W.SINCE:  # as hard as that impact was
             out += scaled(f"{word} with {name} and its speed", target, shape, sizes, (Factor("last_approach"),))
-    out += settling_by_run(word, target, known)
+    out += [*settling_by_run(word, target, known), *law_between(word, target, known)]
     return out + scaled(f"{word} with the angle of incidence, at once", target, ("incidence", "within", 1.0), GLANCES)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.laws.dictionary.between_runs import wall_between
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
 from analysis.gap.laws.dictionary.impacts.around import IN_STEP, around, creeping, in_step, spaced, swaying
 from analysis.gap.laws.dictionary.impacts.law import SCALES
@@ -136,6 +137,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
         for order in (1, 2):  # a wall that creeps, or bends
             terms = tuple(Term(TARGET, 1.0, (Factor(quantity), wave)) for wave in waves("azimuth", float(order)))
             out.append(plain(f"{WORD} with the azimuth and the {word}, order {order}", *terms))
+    out += wall_between(WORD, TARGET, known)
     # A form that stands above is no rival of itself.
     listed = {_form(one) for one in out}
     out += [one for one in _shapes_that_change(known) if _form(one) not in listed]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, SCALE_STEP
+from analysis.gap.laws.frames.forms.by_run import by_run
 from analysis.gap.laws.frames.forms.making import (
     SWINGS_FADE,
     Make,
@@ -41,7 +42,7 @@ STEPS, SETTLES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9), (0.05, 0.2)
 def settled(word: str, make: Make, known: Array) -> Iterator[Candidate]:
     """Candidates of a target whose terms ``make`` makes of a factor."""
     run_s, period_s = float(known[:, W.TIME].max()), period_s_of(known)
-    runs, driven = int(known[:, W.RUN].max()) + 1, bool(np.any(known[:, W.CLOCK] > 0))
+    driven = bool(np.any(known[:, W.CLOCK] > 0))
     follows = partial(followed, word, make)
     for quantity, span in (("time", run_s), ("share", 1.0)):
         line = Factor(quantity)
@@ -54,11 +55,7 @@ def settled(word: str, make: Make, known: Array) -> Iterator[Candidate]:
         settling = partial(scaled, make, "time", "exponential")
         yield Candidate(f"{word}, settling in time", settling, (share * run_s,), (0.3,), (True,))
     yield follows("alternating from frame to frame", Factor("time", "cosine", 1.0, period_s / math.pi))
-    if runs > 2:
-        yield follows("linear in the run", Factor("run"))
-    # A step between runs has two on either side at the least: each predicts the other.
-    for first in range(2, runs - 1):
-        yield follows(f"a step before run {first}", Factor("run", "below", 1.0, first - 0.5))
+    yield from by_run(word, make, known)
     if driven:
         for order in (1.0, 2.0):
             yield follows(f"with the drive's phase, order {order:g}", *waves("phase", order))

@@ -1,0 +1,69 @@
+"""What somebody changes between two runs: a table levelled anew, a ring bolted on again, a rim that was cleaned.
+
+From one run on it is another, and nothing says that it was nil before: where no constant is fitted along, both belong
+to one candidate, for a step alone explains half of what lies to both sides of the mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.modulated import DRAG, FEW, FRICTION, ROOM, Carrier, Modulator, Products, fixed
+from analysis.gap.laws.dictionary.parts import SCALE_STEP, RigScales, plain
+from ovines.core.laws import words as W
+from ovines.core.laws.terms import Factor, Term
+
+Array = NDArray[np.float64]
+# How often what comes and goes does so over all runs, and the fewest runs in which once: fewer are no wave.
+TURNS, SHORTEST, TURN = (0.7, 1.0, 2.0), 4.0, 2 * math.pi
+
+
+def steps_between(known: Array) -> list[float]:
+    """Between which runs (numbers from 0, and a half) of those that are ``known`` (K, KNOWN_SIZE) a step may lie."""
+    number = np.unique(known[:, W.RUN])
+    return [float(one) for one in 0.5 * (number[:-1] + number[1:])]
+
+
+def of_flights_between(scales: RigScales) -> Iterator[Candidate]:
+    """Forces, drags and torques that are one before a run and another from it on."""
+    for step in range(1, scales.runs):
+        for carrier in (ROOM, DRAG, *FEW):
+            yield from carrier.times(_there_and_from(step - 0.5))
+    yield from FRICTION.times(_comes_and_goes(scales.runs))
+
+
+def _there_and_from(step: float) -> Modulator:
+    return fixed(f"that is another from run {step + 1.5:g} on", (), (Factor("run", "beyond", 1.0, step),))
+
+
+def _comes_and_goes(runs: int) -> Modulator:
+    """Once or twice up and down over the series, as the air of a room in the course of a day."""
+
+    def make(scale: float) -> Products:
+        return tuple((wave,) for wave in waves("run", 1.0, max(scale, SHORTEST / TURN)))
+
+    starts = tuple(((runs / turns / TURN,), (SCALE_STEP,)) for turns in TURNS if runs / turns >= SHORTEST)
+    return Modulator("that comes and goes over the runs", make, starts, (True,))
+
+
+def law_between(word: str, target: str, known: Array) -> list[Candidate]:
+    """A number of the contact law, which has a constant beside it."""
+    return [
+        plain(f"{word} with the run, at once", Term(target, 1.0, (Factor("run", "below", 1.0, step),)))
+        for step in steps_between(known)
+    ]
+
+
+def wall_between(word: str, target: str, known: Array) -> list[Candidate]:
+    """The wall's radius, or its centre, which have constants beside them."""
+    out = []
+    for step in steps_between(known):
+        later = Factor("run", "beyond", 1.0, step)
+        out.append(plain(f"{word} from a run on", Term(target, 1.0, (later,))))
+        moved = Carrier(word, tuple(Term(target, 1.0, (wave,)) for wave in waves("azimuth")))
+        out += moved.times(fixed("about another centre from a run on", (later,)))
+    return out
