@@ -120,9 +120,7 @@ def _law_of(
     return _told(told_law(rows, found, p, series.frame), max(moved.values()))
 
 
-def _picture_law(
-    rows: FrameRows | None, series: Series, rng: np.random.Generator, camera: int
-) -> list[LawFound]:  # fmt: skip
+def _picture_law(rows: FrameRows | None, series: Series, rng: np.random.Generator, camera: int) -> list[LawFound]:
     """The law of a camera's picture: one or none.  Where a single run at either end lies apart, that is asked first: a
     shift that settles passes for it.  How runs scatter, four of them hardly say: once in a hundred is enough there, as
     half runs are held out besides."""
