@@ -68,6 +68,12 @@ class Structure:
     p: float
     places: tuple[RunPlace, ...] = ()
 
+    @property
+    def is_bent_picture(self) -> bool:
+        """Whether it is a picture that is bent in no form: the field that was learnt has taken it out, and nothing need
+        be asked because of it."""
+        return self.goes_with.endswith(BENT)
+
     def entry(self) -> dict[str, Any]:
         """It in ``left`` of diagnosis.json."""
         return {

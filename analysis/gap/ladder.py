@@ -21,7 +21,7 @@ from analysis.gap.cause import Cause, Structure, two_sided
 from analysis.gap.drive.findings import DriveSteps
 from analysis.gap.drive.steps import beyond_stated_drive, drive_steps
 from analysis.gap.finding import Finding
-from analysis.gap.measurement.changed_pictures import changed_pictures
+from analysis.gap.measurement.changed_pictures import bent_picture, changed_pictures
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.picture_grid import picture_grid
@@ -149,6 +149,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     causes += beyond_stated_drive(corrected, drive.causes)
     causes += [c for c in (*of_flights, *impacts.causes, *centres, *inertia.cause(corrected)) if c.effect not in known]
     structure += unexplained_misfit(flights.fitted, structure, causes, tests.lens_residual_found)
+    structure += bent_picture(series)
     return Ladder(
         measured=series,
         series=corrected,

@@ -248,7 +248,8 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
     """Scatter of the impacts beyond what is usual, where no covariate explains it, and a wall that lies elsewhere in
     each run, in no order."""
     base = step.fitted
-    if base is None or any(s.stage in ("impact", "geometry", "measurement") for s in found):
+    elsewhere = (s for s in found if not s.is_bent_picture)
+    if base is None or any(s.stage in ("impact", "geometry", "measurement") for s in elsewhere):
         return []
     out = []
     scatter = float(fit_restitution(base.data, restitution_design(base.data, step.restitution_terms))[2])

@@ -25,10 +25,11 @@ from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.frames.rows import clock_rows
 from analysis.gap.laws.regression.halves import Halves, halves_of
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.measurement.changed_pictures import MOST_LENS_PX, changed_pictures
+from analysis.gap.measurement.changed_pictures import MOST_LENS_PX, bent_picture, changed_pictures
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.tests import measurement_tests
 from analysis.gap.page.laws import by_halves
+from analysis.gap.tests_by_hand import unknown_test
 from analysis.identify import NOT_HELD, identify
 from ovines.camera.bends import bend_px
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -176,14 +177,15 @@ class Asked:
     measured: str
     measurement: SimpleNamespace
     drive: None = None
+    causes: tuple[SimpleNamespace, ...] = ()
 
 
 def asked(misfit, stage="measurement", measured="as it came"):
     fits = [SimpleNamespace(misfit=np.full(3, 9 * misfit), freedom=np.array([9, 9, 0]))]
+    left = SimpleNamespace(stage=stage, strength=1.0, is_bent_picture=False)
     return Asked(
-        SimpleNamespace(nominal=SimpleNamespace(fits=fits)), (SimpleNamespace(stage=stage, strength=1.0),), measured,
-        SimpleNamespace(clock_change=None),
-    )  # fmt: skip
+        SimpleNamespace(nominal=SimpleNamespace(fits=fits)), (left,), measured, SimpleNamespace(clock_change=None)
+    )
 
 
 def a_law():
@@ -240,7 +242,11 @@ def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, m
 
 def test_a_clock_that_drifts_from_run_to_run_is_told_beside_what_else_is(searches, monkeypatch):
     """It is taken out before anything else is asked."""
-    drift, told, before = a_law(), SimpleNamespace(stage="measurement", strength=5.0), asked(1.17, "flight")
+    drift, told, before = (
+        a_law(),
+        SimpleNamespace(stage="measurement", strength=5.0, is_bent_picture=False),
+        asked(1.17, "flight"),
+    )
     searches({"in other times": 1.17})
     monkeypatch.setattr(of_measurement, "drifting_clock_law", lambda series, drive: (drift, told))
     monkeypatch.setattr(of_measurement, "without_frame_laws", lambda series, laws: "in other times")
@@ -347,10 +353,12 @@ def test_boards_that_were_not_true_and_a_skew_have_their_law(tmp_path, loaded, k
 def test_a_picture_that_is_bent_more_than_a_calibration_leaves_is_left(loaded):
     """Markers that bloom bend it in no form; a lens residual that is tolerated is none."""
     _, series = loaded("unknown_blooming_markers", 1.0, 3, runs=3)
-    (told,) = changed_pictures(series)
-    assert "it is bent" in told.goes_with and told.size > MOST_LENS_PX
+    assert changed_pictures(series) == []
+    (told,) = bent_picture(series)
+    assert told.is_bent_picture and told.stage == "measurement" and told.size > MOST_LENS_PX
+    assert "do not trust a tilt" in unknown_test(told.stage, told.goes_with)
     _, plain = loaded("none", 1.0, 8, "warp", 2)
-    assert 0.1 < max(plain.picture_bends_px.values()) < MOST_LENS_PX and changed_pictures(plain) == []
+    assert 0.1 < max(plain.picture_bends_px.values()) < MOST_LENS_PX and bent_picture(plain) == []
 
 
 def test_what_does_not_hold_in_other_runs_is_no_change_of_a_camera(loaded):
