@@ -17,7 +17,7 @@ from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.found_law import NORMAL_90, LawFound
 from analysis.gap.laws.frames.corrected import lasts
 from analysis.gap.laws.regression.halves import Halves
-from analysis.gap.page.figures.changed_picture import changed_picture_figure
+from analysis.gap.page.figures.changed_picture import boards_figure, changed_picture_figure
 from analysis.gap.page.tables import chance
 from analysis.gap.prediction.predict import measured_paths
 from analysis.report.numbers import interval, percent, with_unit
@@ -36,7 +36,7 @@ PLAIN = {
     r"\times": " × ", r"\cdot": " · ", r"\varphi": "φ", r"\varepsilon": "ε", r"\beta": "β", r"\omega": "ω",
     r"\delta": "δ", r"\rho": "ρ", r"\chi": "χ", r"\ell": "ℓ", r"\sigma": "σ", r"\tau": "τ",
     r"\Delta": "Δ", r"\theta": "θ", r"\psi": "ψ", r"\phi": "φ", r"\mu": "μ", r"\alpha": "α",
-    r"\Theta": "Θ", r"\Psi": "Ψ", r"\perp": "⊥", r"\parallel": "∥", "{": "", "}": "",
+    r"\,": " ", r"\Theta": "Θ", r"\Psi": "Ψ", r"\perp": "⊥", r"\parallel": "∥", "{": "", "}": "",
 }  # fmt: skip
 # Letters that can stand below the line as characters; others keep their underscore.
 BELOW = {"i": "ᵢ", "n": "ₙ", "t": "ₜ", "p": "ₚ", "0": "₀", "φ": "ᵩ"}
@@ -102,11 +102,19 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
         text_columns=(0, 1),
     ) if symbols(law.law) else None
     first, cameras = law.law.terms[0], diagnosis.ladder.measured.cameras
-    seen_by = 0 if first.target in BOARDS else int(first.x)
-    if lasts(first) and cameras is not None and cameras[seen_by].field is not None:
+    if first.target in BOARDS:
+        frame, radius_m = diagnosis.ladder.measured.frame, diagnosis.ladder.series.contact_radius_m
+        section.add_figure(
+            f"law-{number}-boards",
+            partial(boards_figure, first, frame.origin_m, frame.length * radius_m),
+            "How far from their places the boards have put points about the Host, by the law; cameras that are "
+            "calibrated on them see everything so. A shift of all points is left out: the world is where they say.",
+            "Arrows over the world about the Host: what the boards add to places",
+        )
+    elif lasts(first) and cameras is not None and cameras[int(first.x)].field is not None:
         section.add_figure(
             f"law-{number}-picture",
-            partial(changed_picture_figure, first, cameras[seen_by]),
+            partial(changed_picture_figure, first, cameras[int(first.x)]),
             "Where the camera sees points, less where its calibration puts them: as the recordings have taught it, of "
             "whatever form (grey), and what the law says (blue).",
             "Arrows over the picture of a camera: the learnt field and the law",

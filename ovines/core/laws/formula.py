@@ -22,8 +22,8 @@ CHANGES = {
     "nes_place_outwards": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
     "nes_card": (r"\Delta\vec s_{\mathrm{NES}}", "place of all markers of the NES +="),
     "nes_card_turn": (r"\Delta\psi_{\mathrm{NES}}", "turn of all markers of the NES +="),
-    "board_stretch": (r"\Delta\vec s", "stretch by the boards +="),
-    "board_bow": (r"\Delta k", "share by the boards' bow +="),
+    "board_stretch": (r"\Delta\vec x", "place by the boards +="),
+    "board_bow": (r"\Delta\vec x", "place by the boards +="),
 }
 #: the same of targets that the number of a camera or a marker stands with
 NUMBERED = {
@@ -41,6 +41,8 @@ NUMBERED = {
     "host_marker": (r"\Delta\vec s_{{{}}}", "place of marker {} of the Host +="),
     "nes_marker": (r"\Delta\vec s_{{{}}}", "place of marker {} of the NES +="),
 }
+#: what a target of the boards stands for in one line
+WAYS = {"board_stretch": "place_along", "board_bow": "distance^2 * place_from"}
 FLIGHT = (r"\Delta\vec a", "acceleration +=")
 
 
@@ -71,7 +73,7 @@ def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
 
 def _has_direction(term: Term) -> bool:
     """Whether a term's own direction, or way, stands behind its factors."""
-    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, NES_CARD[0])
+    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, NES_CARD[0], *WAYS)
 
 
 def _changed(term: Term) -> tuple[str, str]:
@@ -102,7 +104,7 @@ def _text_term(term: Term, first: bool) -> str:
             "wind": f"({_wind(term)})",
         }.get(own, f"({_place(term)})")
         way = term.target.removeprefix("nes_place_")
-        parts.append({"nes_place": "direction", "nes_card": "body_direction"}.get(way, way) + at)
+        parts.append(WAYS.get(way, {"nes_place": "direction", "nes_card": "body_direction"}.get(way, way)) + at)
     elif TARGETS[term.target].own in DIRECTED:
         parts.append(f"direction({term.y:.3g} rad)")
     return " * ".join(parts)

@@ -131,12 +131,12 @@ TARGETS: dict[str, Target] = {
                 "the share of its place along v by which a camera's picture lies further along u",
             ),
             (
-                "board_stretch", "1", r"\vec e_{\varphi}", "axis", "measurement",
-                "the share by which boards made lengths along a direction of the world too long",
+                "board_stretch", "1", r"(\vec e_{\varphi}\cdot\vec x)\,\vec e_{\varphi}", "angle", "measurement",
+                "how far a place lies along a direction of the world: boards that are longer there add a share of it",
             ),
             (
-                "board_bow", "1/m^2", r"\hat d", "room", "measurement",
-                "the share by which boards put places too far from one of the world's, by the square of the distance",
+                "board_bow", "1/m^2", r"|\vec d|^2\,\vec d", "room", "measurement",
+                "how far a place lies from one of the world, times the square of that: bowed boards add a share of it",
             ),
         )
     )

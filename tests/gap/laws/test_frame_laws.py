@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.quiver import Quiver
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.markers import BOARD_M
@@ -28,10 +29,12 @@ from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.changed_pictures import MOST_LENS_PX, bent_picture, changed_pictures
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.tests import measurement_tests
+from analysis.gap.page.figures.changed_picture import boards_figure
 from analysis.gap.page.laws import by_halves
 from analysis.gap.tests_by_hand import unknown_test
 from analysis.identify import NOT_HELD, identify
 from ovines.camera.bends import bend_px
+from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
@@ -385,3 +388,22 @@ def test_a_lasting_bend_is_taken_out_of_tracks_as_it_was_put_in(loaded):
     assert changing([law]) == []
     with pytest.raises(InputError, match="camera 3"):
         without_lasting_bends(tracks, cameras, recording, [WrittenLaw((replace(law.terms[0], x=2.0),))])
+
+
+def test_a_law_of_boards_reads_and_turns_with_the_world():
+    """In words and as a formula; of a turned and shifted world it is told there."""
+    longer_one_way = WrittenLaw((Term("board_stretch", 0.0049, (), 0.3),))
+    assert as_text(longer_one_way) == "place by the boards += 0.0049 * place_along(0.3 rad)"
+    assert r"(\vec e_{\varphi}\cdot\vec x)" in as_latex(longer_one_way)
+    (term,) = longer_one_way.moved(0.5, (1.0, 2.0)).terms
+    assert term.x == pytest.approx(0.8)
+    (term,) = WrittenLaw((Term("board_bow", 2.0, (), 0.1, 0.0),)).moved(np.pi / 2, (1.0, 2.0)).terms
+    assert (term.x, term.y) == pytest.approx((1.0, 2.1))
+
+
+def test_the_figure_of_a_law_of_boards_has_arrows_of_its_moves():
+    """Those of a stretch lie along it, whatever is far away."""
+    figure = boards_figure(Term("board_stretch", 0.005, (), 0.0), np.array([2.0, -0.3]), 0.03)
+    (arrows,) = [one for one in figure.axes[0].collections if isinstance(one, Quiver)]
+    assert np.abs(arrows.V).max() < 1e-9 and arrows.U.max() == pytest.approx(-arrows.U.min())
+    assert "up to 0.24 mm" in figure.axes[0].get_xlabel()
