@@ -172,6 +172,17 @@ def test_a_card_with_play_lies_at_the_stop_of_the_last_blow(loaded, flown):
     assert find_card_law(flown(again), again, np.random.default_rng(0)) is None
 
 
+def test_markers_printed_about_another_point_are_a_card_that_turns_with_its_angle(loaded, flown):
+    """Their angle is read wrong, once around."""
+    _, plain = loaded("none", 1.0, 8, "white", 2)
+    series = undone(plain, Term("nes_card_turn", 0.012, (Factor("angle", "cosine", x=0.7),)))
+    law = find_card_law(flown(series), series, np.random.default_rng(0))
+    assert law is not None and believed(law, law.size, LOOSE_M) is not None
+    (term,) = law.law.terms
+    assert term.target == "nes_card_turn" and term.factors[0].quantity == "angle"
+    assert abs(term.coefficient) == pytest.approx(0.012, rel=0.05) and law.closed > 0.9
+
+
 def test_a_card_that_stays_has_no_law(loaded, flown):
     """Nor has one where too few flights meet."""
     _, series = loaded("none", 1.0, 8, "ar1", 2)

@@ -13,6 +13,7 @@ from ovines.core.laws.terms import Factor, Term
 # Lengths over the contact radius up to which a tether is slack.
 SLACK = (0.35, 0.8, 1.3)
 RIDGE_DIRECTIONS, RIDGE_PLACES, RIDGE_WIDTH = 8, (-0.6, -0.3, 0.0, 0.3, 0.6), 0.1
+SPRING_DIRECTIONS = 8
 EDGE_DIRECTIONS, EDGE_PLACES = 8, (-0.4, 0.0, 0.4)
 # Lengths over the contact radius in which a force towards a side grows by e.
 SIDE_LENGTHS = (0.4, 1.0)
@@ -21,7 +22,8 @@ TURN = 2 * math.pi
 
 def place_candidates(scales: RigScales) -> list[Candidate]:
     """Every candidate of a place or a line."""
-    return [*_pulls(scales), *_tethers(scales), *_ridges(scales), *_edges(scales), *_waves(scales)]
+    every = (_pulls, _tethers, _springs, _ridges, _edges, _waves)
+    return [candidate for each in every for candidate in each(scales)]
 
 
 def _pulls(scales: RigScales) -> list[Candidate]:
@@ -55,6 +57,23 @@ def _tethers(scales: RigScales) -> list[Candidate]:
                 numbers, steps = (x, y, share * scales.radius_m), (step, step, 0.2)
                 name = f"tether to a place in the {where}"
                 out.append(Candidate(name, tether, numbers, steps, (False, False, True)))
+    return out
+
+
+def _springs(scales: RigScales) -> list[Candidate]:
+    """What draws along one line only, evenly more along that: a magnet off to one side, a floor that is bowed one
+    way."""
+    out = []
+    for where in ("room", "host"):
+
+        def spring(angle: float, place: float, where: str = where) -> tuple[Term, ...]:
+            return (Term("fixed_direction", 1.0, (Factor(f"along_{where}", x=place, y=angle),), x=angle),)
+
+        steps, name = (ANGLE_STEP, PLACE_STEP * scales.radius_m), f"pull along a line of the {where}"
+        out += [
+            Candidate(name, spring, (0.5 * TURN * i / SPRING_DIRECTIONS, 0.0), steps, (False, False))
+            for i in range(SPRING_DIRECTIONS)
+        ]
     return out
 
 

@@ -21,10 +21,11 @@ from analysis.flights.evidence import flight_rows, usable_flights
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.search import find_law
-from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
+from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.forms.followed import after_blows, settled, struck_rim, swung_round, with_spin
+from analysis.gap.laws.frames.forms.making import followed
 from analysis.gap.laws.frames.known import known_frames
 from analysis.gap.laws.frames.markers import moved_back
 from analysis.gap.laws.frames.rows import size_of
@@ -195,6 +196,9 @@ def card_candidates(known: Array) -> list[Candidate]:
     for make, word in ((_turned, "card of the NES turned"), (_shifted, "card of the NES shifted")):
         out += [*settled(word, make, known), *after_blows(word, make, known), *with_spin(word, make, known)]
         out += swung_round(word, make, known)
+    # Markers that are printed about another point than the disk's middle: their angle is read wrong as it turns.
+    follows = partial(followed, "card of the NES turned", _turned)
+    out += [follows(f"with its angle, order {order:g}", *waves("angle", order)) for order in (1.0, 2.0)]
     return [*out, *struck_rim("card of the NES shifted", _shifted)]
 
 

@@ -32,6 +32,9 @@ from ovines.core.laws.words import NES_PICTURE
 
 # A camera that is asked for frames twice as fast as it films leaves every other one out.
 SHORTEST_PERIODS = 0.5
+# A clock that cameras share is off by parts of a frame (what the plant's clocks do: 0.1 to 0.7 of one).  A sweep whose
+# level and phase are not followed passes for one that is off by 5 to 26 frames, the more the longer the run.
+MOST_PERIODS = 2.0
 # Sd of what a lens residual stretches a marker's way by: RMS over the markers of eight series with smooth residuals of
 # 0.14 to 0.45 px.
 LENS_SHEAR_SD = 0.001
@@ -94,12 +97,14 @@ def find_marker_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[La
 
 def find_clock_law(series: Series, rng: np.random.Generator) -> tuple[LawFound | None, Series]:
     """The law of the clock that all cameras share, and the series in the times that it tells; none where frames would
-    follow each other faster than cameras film, or out of their order."""
+    follow each other faster than cameras film, or out of their order, or where times would be off by whole frames."""
     found = _law_of(clock_rows(series), series, rng)
     if not found:
         return None, series
     law, shortest_s = found[0].law, SHORTEST_PERIODS * series.period_s
-    if not all(np.all(np.diff(time_s) > shortest_s) for time_s in true_times(series, law)):
+    true_s = true_times(series, law)
+    off_s = max(float(np.ptp(time_s - run.data.time_s)) for time_s, run in zip(true_s, series.runs, strict=True))
+    if off_s > MOST_PERIODS * series.period_s or not all(np.all(np.diff(time_s) > shortest_s) for time_s in true_s):
         return None, series
     return found[0], without_frame_laws(series, [law])
 
