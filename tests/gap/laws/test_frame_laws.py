@@ -102,8 +102,8 @@ def test_a_trigger_whose_every_other_frame_is_late_alternates(tmp_path):
 
 
 def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
-    """Every other frame late by more than a period: no camera films so, whatever fits the Host's path; nothing is
-    measured by such times."""
+    """Every other frame late by more than a period, or times off by whole frames: no camera films so, whatever fits the
+    Host's path; nothing is measured by such times."""
     law = SimpleNamespace(law=None)
     monkeypatch.setattr(clock_law, "clock_rows", lambda series: None)
     monkeypatch.setattr(clock_law, "_law_of", lambda rows, series, rng: [law])
@@ -114,10 +114,12 @@ def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
         monkeypatch.setattr(clock_law, "true_times", lambda series, law: [np.array(times)])
         return find_clock_law(as_it_came, np.random.default_rng(0))
 
-    as_it_came = SimpleNamespace(period_s=1.0)
+    run = SimpleNamespace(data=SimpleNamespace(time_s=np.arange(4.0)))
+    as_it_came = SimpleNamespace(period_s=1.0, runs=[run])
     assert corrected([0.0, 1.2, 2.0, 3.2])[0] is law
     assert corrected([0.0, 1.6, 2.0, 3.6]) == (None, as_it_came)
     assert corrected([0.0, 2.2, 2.0, 4.2]) == (None, as_it_came)
+    assert corrected([0.0, 1.8, 3.6, 5.4]) == (None, as_it_came)
     assert len(measured) == 1
 
 
