@@ -83,11 +83,6 @@ ROOM = Carrier("force of the room", pair("fixed_direction", QUARTER))
 DRAG = Carrier("drag", (Term("along_velocity", 1.0, (_SPEED,)),))
 FEW = (
     Carrier("drag against the Host", (Term("along_sliding", 1.0, (Factor("sliding_speed"),)),)),
-    # A film is sheared by the slip and by the spin.
-    Carrier(
-        "drag of a film",
-        (Term("along_sliding", 1.0, (Factor("sliding_speed"),)), Term("spin", 1.0, (_SPIN,))),
-    ),
     Carrier("pull", (Term("outwards", 1.0),)),
     Carrier("pull with the radius", (Term("outwards", 1.0, (_RADIUS,)),)),
     Carrier("swirl", (Term("swirl", 1.0),)),
