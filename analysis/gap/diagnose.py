@@ -149,15 +149,16 @@ def _left(one: Structure, series: Series) -> dict[str, Any]:
     """It in ``left`` of diagnosis.json, and where each run lies, in the world, where each has a place of its own."""
     entry = one.entry()
     if one.places:
-        c, s, length = np.cos(series.frame.turn_rad), np.sin(series.frame.turn_rad), series.frame.length
+        off = np.array([[at.x_m, at.y_m, 0.0] for at in one.places])
+        places = series.frame.world_places(off) - series.frame.world_places(np.zeros((1, 3)))
         entry["runs"] = [
             {
                 "run": series.names[at.number],
-                "x_m": float(length * (c * at.x_m - s * at.y_m)),
-                "y_m": float(length * (s * at.x_m + c * at.y_m)),
-                "sd_m": length * at.sd_m,
+                "x_m": float(x_m),
+                "y_m": float(y_m),
+                "sd_m": series.frame.factor("sd_m") * at.sd_m,
             }
-            for at in one.places
+            for at, (x_m, y_m, _) in zip(one.places, places, strict=True)
         ]
     return entry
 

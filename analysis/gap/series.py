@@ -35,7 +35,8 @@ class Series:
     ``layouts`` the markers' real places, ``triangulate`` how points are made of tracks again, with the second camera's
     window moved by ``window_px`` (u, v) and each of ``changes`` made to them; ``laws``: written ones that the nominal
     model holds, in the world; ``picture_changes`` since the calibration that the cameras' fields have, and how much
-    beside these they bend pictures (camera -> RMS, px).
+    beside these they bend pictures (camera -> RMS, px); ``lens_sds`` by which these fields predict the halves of runs
+    that they were not learnt from.
     """
 
     recordings: tuple[Recording, ...]
@@ -52,6 +53,7 @@ class Series:
     laws: tuple[WrittenLaw, ...] = ()
     picture_changes: tuple[PictureChange, ...] = ()
     picture_bends_px: Mapping[str, float] = field(default_factory=dict)
+    lens_sds: float = 0.0
 
     @property
     def names(self) -> list[str]:

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from analysis.motion.pose import MarkerCloud, Pose, fit_pose, refine_layout, unwrap_angle
 from ovines.errors import InputError
 from ovines.recording import Recording
+from ovines.recording_schema import PLACEMENT_SD_M
 
 Array = NDArray[np.float64]
 
-# How well markers are glued where recording.toml does not say (GAP.md: within 0.05 mm).
-PLACEMENT_SD_M = 5e-5
 #: q of I = q m R^2 of a full disk of even density, where recording.toml gives none
 INERTIA_OF_A_DISK = 0.5
 # Uncertainty of a marker's place after the recording itself has shown it.

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.motion.bodies import PLACEMENT_SD_M
 from ovines.recording import Recording
+from ovines.recording_schema import PLACEMENT_SD_M
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]

@@ -112,6 +112,10 @@ class Calibration(Section):
         return self
 
 
+# How well markers are glued where recording.toml does not say: within 0.05 mm.
+PLACEMENT_SD_M = 5e-5
+
+
 class Body(Section):
     """What is common to ground, Host and NES: markers and where they were placed."""
 

@@ -134,15 +134,16 @@ def find_changes(
     number = int(np.argmax([one.log_odds(at) for one in besides]))
     sought = _sizes([forms[k] for k in chosen], besides[number].sizes(at))
     at_last = [settled(forms[k], *size, seen) for k, size in zip(chosen, sought, strict=True)]
-    while True:  # what boards seemed to do beside a form that was not at_last yet may be gone
+    boards = any(form.camera == BOTH for form in at_last)
+    while True:  # what stood beside a form of the boards that was not settled yet may be gone
         columns = _joined(at_last)[0]
         told = _with_layouts(_beside(solved[number], whole, columns), at_last, seen.scale)
         mean, covariance = told.sizes(np.arange(columns.shape[1]))
-        sure = [abs(size[0]) / np.sqrt(sd[0, 0]) for size, sd in _sizes(at_last, (mean, covariance))]
-        gone = [n for n, form in enumerate(at_last) if form.camera == BOTH and sure[n] < SURE_SD]
-        if not gone or len(at_last) == 1:
+        sure = [float(size @ np.linalg.solve(own, size)) for size, own in _sizes(at_last, (mean, covariance))]
+        least = int(np.argmin(sure))
+        if not boards or len(at_last) == 1 or sure[least] > SURE_SD**2:
             break
-        del chosen[gone[0]], sought[gone[0]], at_last[gone[0]]
+        del chosen[least], sought[least], at_last[least]
     prior = EXPECTED_PX**2 * columns @ columns.T
     before, after = _by_run(runs(), lambda data: solve(data, [amplitudes[number]])[0], columns)
     if not _holds(before, after, columns.shape[1]):  # another one in each run is of no camera

@@ -49,7 +49,7 @@ class LensEstimate:
     """Tables ``lens_field`` (None where no field is used) and ``lens_terms``; ``note`` says what was found; ``loose``:
     markers that move on their bodies, of which nothing was learnt; ``changes`` of the cameras' pictures since their
     calibration that have a form, and are in the field; ``bends_px`` camera -> RMS of the rest of it where markers went,
-    about its mean there."""
+    about its mean there; ``held_out_sds`` by which the field predicts the halves of runs it was not learnt from."""
 
     field: pd.DataFrame | None
     terms: pd.DataFrame
@@ -57,6 +57,7 @@ class LensEstimate:
     loose: tuple[str, ...] = ()
     changes: tuple[PictureChange, ...] = ()
     bends_px: Mapping[str, float] = given(default_factory=dict)
+    held_out_sds: float = 0.0
 
     @property
     def fields(self) -> dict[str, LensField]:
@@ -204,7 +205,7 @@ def _estimate(
     worst = most_stretched(runs, lattices, posterior.mean, calibration)
     bends = _bends_px(runs, lattices, posterior.mean - changed.field)
     named = dict(zip((camera.name for camera in pair), bends, strict=True))
-    found = LensEstimate(field_table(posterior, lattices, pair), terms, note, (), changed.changes, named)
+    found = LensEstimate(field_table(posterior, lattices, pair), terms, note, (), changed.changes, named, sureness)
     return _Learnt(found, worst, posterior)
 
 

@@ -17,8 +17,8 @@ from vision.lens.lattice import Lattice
 Array = NDArray[np.float64]
 # What boards do has a direction or a place of its own: sought along these as sizes, then settled.
 BOTH = -1
-# What boards do counts from so many of its sds on, once settled, and a bow's middle is told; that lies no further off
-# than so many times the RMS distance at which markers went.
+# What boards do, and what is beside it, counts from so many of its sds on, once settled, and a bow's middle is told;
+# that lies no further off than so many times the RMS distance at which markers went.
 SURE_SD, FURTHEST = 3.0, 3.0
 # Of the polynomial that a board's doing is in a picture: a bow is of third degree in the world, and a view that leans
 # makes 0.4 % of it more.
@@ -66,10 +66,10 @@ def all_forms(seen: Seen) -> list[Form]:
                 ]
             )
             out.append(Form(c, target, columns, (1 / size,)))
-    return [*out, *_boardall_forms(seen)]
+    return [*out, *_of_boards(seen)]
 
 
-def _boardall_forms(seen: Seen) -> list[Form]:
+def _of_boards(seen: Seen) -> list[Form]:
     """A stretch by two sizes, along two directions and shorter across, as poses and layouts leave a scale open; a bow
     about the middle of where markers went, and by two sizes where its own middle lies."""
     middle = _middle(seen)
@@ -97,13 +97,22 @@ def _middle(seen: Seen) -> Array:
 def _board_columns(seen: Seen, moves: Callable[[Array, Array], Array]) -> tuple[Array, tuple[float, ...]]:
     """Columns (P, K) of what ``moves`` (K, N, 2) of places about the middle do to both pictures, 1 px RMS each, and
     what that is in their own units."""
-    a, b = (seen.points_m[:, :2] - _middle(seen)).T
-    moved = np.concatenate([moves(a, b), np.zeros((len(moves(a, b)), len(a), 1))], -1)
-    pixels = [np.einsum("nij,knj->kni", one.project_with_jacobian(seen.points_m)[1], moved) for one in seen.cameras]
-    fields = [{c: _smooth(seen.places_px[c], each[k]) for c, each in enumerate(pixels)} for k in range(len(pixels[0]))]
-    sizes = [float(np.sqrt(np.mean([np.sum(each[k] ** 2, 1) for each in pixels]))) for k in range(len(pixels[0]))]
-    columns = [_column(seen.lattices, field) / size for field, size in zip(fields, sizes, strict=True)]
-    return np.column_stack(columns), tuple(1 / size for size in sizes)
+    by_point = [camera.project_with_jacobian(seen.points_m)[1][..., :2] for camera in seen.cameras]
+    told = [_both(seen, [np.einsum("nij,nj->ni", one, moved) for one in by_point]) for moved in moves(*_off(seen))]
+    return np.column_stack([column for column, _ in told]), tuple(unit for _, unit in told)
+
+
+def _off(seen: Seen) -> Array:
+    """Places (2, N) about the middle of where markers went."""
+    return np.asarray((seen.points_m[:, :2] - _middle(seen)).T, float)
+
+
+def _both(seen: Seen, moved_px: Sequence[Array]) -> tuple[Array, float]:
+    """The column (P,) of what moves pixels of both cameras by ``moved_px`` (N, 2) of each, 1 px RMS, and what that is
+    in its own unit."""
+    size = float(np.sqrt(np.mean([np.sum(one**2, 1) for one in moved_px])))
+    fields = {c: _smooth(seen.places_px[c], one) for c, one in enumerate(moved_px)}
+    return _column(seen.lattices, fields) / size, 1 / size
 
 
 def _smooth(uv_px: Array, moved_px: Array) -> Callable[[Array], Array]:
@@ -148,9 +157,8 @@ def settled(form: Form, mean: Array, covariance: Array, seen: Seen) -> Form:
     ]
     if form.target == BOARD_STRETCH:  # wherever the world's origin is: a shift of all points is nobody's
         moved = [one - one.mean(0) for one in moved]
-    size = float(np.sqrt(np.mean([np.sum(one**2, 1) for one in moved])))
-    column = _column(seen.lattices, {c: _smooth(seen.places_px[c], one) for c, one in enumerate(moved)}) / size
-    return Form(BOTH, form.target, column[:, None], (1 / size,), at)
+    column, unit = _both(seen, moved)
+    return Form(BOTH, form.target, column[:, None], (unit,), at)
 
 
 def _bow_middle(form: Form, mean: Array, covariance: Array, seen: Seen) -> tuple[float, float]:

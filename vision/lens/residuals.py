@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera, midpoints
 from ovines.recording import Recording
+from ovines.recording_schema import PLACEMENT_SD_M
 from ovines.robust import spread
 from vision.lens.lattice import Lattice
 from vision.triangulate import FIRST_GUESS_SD_PX
@@ -33,8 +34,6 @@ PLANE_X, PLANE_Y, LATE, WINDOW_U, WINDOW_V = range(5)
 N_SHARED = 5
 # Their prior sds: a marker's place along its body's x, y, z [m]; that of one that stands still, which no design tells;
 MARKER_SD_M, STILL_SD_M = (1e-3, 1e-3, 1e-4), (1e-2, 1e-2, 1e-2)
-# one that the recording does not say, as glued by hand [m];
-PLACED_SD_M = 1e-4
 # a tilted plane (x, y) [rad], a late camera [s], a window elsewhere (u, v) [px].
 SHARED_SD = (0.1, 0.1, 1e-2, 100.0, 100.0)
 
@@ -159,7 +158,7 @@ def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Rec
     layout = np.concatenate([places, *(np.asarray(bodies[name].layout_m, float) for name in MOVING)])
     enough = [np.isfinite(xyz[:, body == k, 0]).sum(1) >= FEWEST_MARKERS for k in range(len(MOVING))]
     keep = np.logical_and.reduce(enough)
-    placed = [bodies[name].layout_sd_m or PLACED_SD_M for name in MOVING]
+    placed = [bodies[name].layout_sd_m or PLACEMENT_SD_M for name in MOVING]
     return Sightings(frames[keep], time_s[keep], uv[keep], sd[keep], body, layout, xyz[keep], max(placed))
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from analysis.gap.cause import BENT, BY_BOARDS, IN_PICTURE, SMALLEST_P, Structure
+from analysis.gap.cause import BENT, BY_BOARDS, IN_PICTURE, SMALLEST_P, Structure, two_sided
 from analysis.gap.measurement.fixed_markers import still_px
 from analysis.gap.series import Series
 from ovines.camera.changes import PictureChange, number_tried
@@ -37,8 +37,9 @@ def bent_picture(series: Series) -> list[Structure]:
     bend_px = 0.0 if worst is None else series.picture_bends_px[worst]
     if bend_px <= MOST_LENS_PX:
         return []
-    words, strength = f"{IN_PICTURE} {worst}: {BENT}", bend_px / MOST_LENS_PX
-    return [Structure("measurement", "all", "x", words, strength, strength**2, bend_px, "px", SMALLEST_P)]
+    words, sure = f"{IN_PICTURE} {worst}: {BENT}", series.lens_sds
+    strength = bend_px / MOST_LENS_PX
+    return [Structure("measurement", "all", "x", words, strength, sure**2, bend_px, "px", two_sided(sure))]
 
 
 def changes_of(series: Series) -> list[PictureChange]:

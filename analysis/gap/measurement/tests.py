@@ -17,7 +17,7 @@ from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.two_views import two_views
 from analysis.gap.series import Series
-from analysis.motion.bodies import PLACEMENT_SD_M
+from ovines.recording_schema import PLACEMENT_SD_M
 
 Array = NDArray[np.float64]
 

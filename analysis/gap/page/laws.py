@@ -22,11 +22,10 @@ from analysis.gap.page.tables import chance
 from analysis.gap.prediction.predict import measured_paths
 from analysis.report.numbers import interval, percent, with_unit
 from analysis.report.page import Page, Section
-from ovines.camera.boards import BOARDS
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.formula import legend as symbols
 from ovines.core.laws.targets import TARGETS
-from ovines.core.laws.words import QUANTITIES
+from ovines.core.laws.words import BOARDS, QUANTITIES
 
 Array = NDArray[np.float64]
 # Of the flight that is drawn: as many frames at the least.

@@ -6,7 +6,7 @@ import math
 
 from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, DIRECTED, LINES, NES_CARD, NES_PLACE, QUANTITIES, TRAINS
+from ovines.core.laws.words import ALONG, BOARDS, DIRECTED, LINES, NES_CARD, NES_PLACE, QUANTITIES, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -42,7 +42,7 @@ NUMBERED = {
     "nes_marker": (r"\Delta\vec s_{{{}}}", "place of marker {} of the NES +="),
 }
 #: what a target of the boards stands for in one line
-WAYS = {"board_stretch": "place_along", "board_bow": "distance^2 * place_from"}
+WAYS = dict(zip(BOARDS, ("place_along", "distance^2 * place_from"), strict=True))
 FLIGHT = (r"\Delta\vec a", "acceleration +=")
 
 

@@ -149,6 +149,8 @@ class WrittenLaw:
                     known, expected = term.target in ("spin_kept", "spin_added"), "what is known before the impulse"
                 if self.stage != "flight" and factor.quantity in W.OF_FLIGHTS_ONLY:
                     known, expected = False, "what is known of an impact"
+                if term.target in W.BOARDS:
+                    known, expected = False, "no factor: what boards did is the same in all frames"
                 require(known, f"{factor.quantity} in a law of the {self.stage}", expected, "take another quantity")
 
     @property

@@ -487,6 +487,8 @@ OF_CAMERA_DELAY = (
 OF_MEASUREMENTS_ONLY = ("share", "host_place_along", "last_spun", "struck_rim", "nes_place_along")
 #: own offset and direction of what is a place along a line, in the Host or the room
 LINES = ("line", "room_line")
+#: what boards made of the world that all cameras were calibrated in; the same in all frames: it follows nothing
+BOARDS = ("board_stretch", "board_bow")
 #: what a target's own number and direction are: of a marker, of a camera, of these what has a direction
 MARKERS = ("marker", "body_marker")
 CAMERAS = ("camera", "camera_axis", "camera_angle")

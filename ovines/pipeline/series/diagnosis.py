@@ -79,7 +79,10 @@ def load_series(
             held,
         )
     if brought.lens is not None:
-        series = replace(series, picture_changes=brought.lens.changes, picture_bends_px=brought.lens.bends_px)
+        lens = brought.lens
+        series = replace(
+            series, picture_changes=lens.changes, picture_bends_px=lens.bends_px, lens_sds=lens.held_out_sds
+        )
     bent_back = series.tracks is not None  # else they are refused, like all that needs tracks
     series = without_frame_laws(series, changing(of_measurement) if bent_back else of_measurement)
     refuse_uninformative(series.motions, recordings)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ovines.camera.boards import BOARDS
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
 from ovines.core.laws import kernel, quantities
 from ovines.core.laws import words as W
@@ -524,3 +525,12 @@ def test_the_simulator_refuses_what_it_cannot_hold():
     beat = WrittenLaw((Term("fixed_direction", 0.1, (Factor("phase", "cosine"),)),))
     with pytest.raises(ScenarioError, match="without harmonics"):
         simulate(replace(still, laws=(beat,)))
+
+
+def test_a_law_of_boards_follows_nothing():
+    """It is the same in all frames: a factor would be forgotten in silence."""
+    WrittenLaw((Term("board_stretch", 0.004, (), 0.3),))
+    assert W.BOARDS == BOARDS
+    for target in BOARDS:
+        with pytest.raises(ScenarioError, match="time in a law of the measurement"):
+            WrittenLaw((Term(target, 0.004, (Factor("time"),), 0.3),))

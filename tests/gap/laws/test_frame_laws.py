@@ -15,6 +15,7 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.recording.markers import BOARD_M
 from analysis.blind.recording.picture import REFOCUS_PX
 from analysis.blind.series import make_series
+from analysis.gap.cause import two_sided
 from analysis.gap.diagnose import verdict_of
 from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.frames import asked as of_measurement
@@ -361,6 +362,7 @@ def test_a_picture_that_is_bent_more_than_a_calibration_leaves_is_left(loaded):
     assert changed_pictures(series) == []
     (told,) = bent_picture(series)
     assert told.is_bent_picture and told.stage == "measurement" and told.size > MOST_LENS_PX
+    assert told.p == two_sided(series.lens_sds) < 1e-4
     assert "do not trust a tilt" in unknown_test(told.stage, told.goes_with)
     _, plain = loaded("none", 1.0, 8, "warp", 2)
     assert 0.1 < max(plain.picture_bends_px.values()) < MOST_LENS_PX and bent_picture(plain) == []

@@ -14,6 +14,7 @@ from analysis.gap.laws.choice.search import shortlist_of
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.flights.way import way_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.dictionary.places import place_candidates
 from analysis.gap.laws.flight_rows import _columns, flight_regression
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core.laws import words as W
@@ -184,3 +185,22 @@ def test_the_way_is_measured_from_frames():
     shortest = way[settled, 2]
     assert np.abs(np.abs(shortest) - 1.0)[50:].max() < 0.02
     assert not way_slid(time_s[:3], xy[:3], (pose[:3], rate[:3]), RADIUS_M)[:, 1:].any()
+
+
+def test_a_pull_along_a_line_comes_out_as_itself(flights):
+    """Of all candidates of a place, and not as a sum of others: a magnet beside the room's middle."""
+    rows, _ = flights
+    line_rad, off_m = 0.7, 0.006
+
+    def drawn(known):
+        along = known[:, W.X] * np.cos(line_rad) + known[:, W.Y] * np.sin(line_rad) - off_m
+        return _force((9.0 * along)[:, None] * np.array([np.cos(line_rad), np.sin(line_rad)]))
+
+    moved = [_columns(one, np.ascontiguousarray(drawn(one.know)[:, :, None]))[:, 0] for one in rows.flights]
+    problem = replace(rows.problem, residual=rows.problem.residual + np.concatenate(moved))
+    scales = RigScales.of(rows.known, 70.0)
+    listed = Listed.of(place_candidates(scales), rows.columns, rows.problem)
+    gains = listed.gains(problem, problem.excess)[1]
+    best, gain = shortlist_of(problem, rows.columns, listed.candidates, gains, problem.excess)[0]
+    assert best.name == "pull along a line of the room" and gain > 25.0
+    assert np.cos(best.numbers[0] - line_rad) ** 2 > 0.99

@@ -19,9 +19,9 @@ from analysis.gap.laws.frames.seen_disk import without_seen_disk
 from analysis.gap.series import Series, with_times, with_tracks
 from ovines.camera import Camera, midpoints
 from ovines.camera.bends import BENDS, bend_px
-from ovines.camera.boards import BOARDS, board_bend_px
+from ovines.camera.boards import board_bend_px
 from ovines.core.laws.terms import Term, WrittenLaw
-from ovines.core.laws.words import NES_CARD, NES_PICTURE, NES_PLACE
+from ovines.core.laws.words import BOARDS, NES_CARD, NES_PICTURE, NES_PLACE
 from ovines.errors import InputError
 from ovines.recording import Recording
 
@@ -189,7 +189,7 @@ def _markers_height_m(tracks: pd.DataFrame, cameras: Sequence[Camera], recording
 
 
 def lasts(term: Term) -> bool:
-    """Whether a term bends a camera's picture in all frames alike."""
+    """Whether a term bends a camera's picture, or those of all, in all frames alike."""
     return term.target in (*BENDS, *BOARDS) and not term.factors
 
 

@@ -29,9 +29,8 @@ SWUNG = {
     "breathing": "place of a ring that blows make wider", "breathing_rate": "speed of a ring that blows make wider",
     "twist": "place of a ring that blows turn", "twist_rate": "speed of a ring that blows turn",
 }  # fmt: skip
-# Times over the usual one between impacts in which what does not swing back fades; in which heat goes, or
-# stays for a run.
-STAYS, COOLS = (1.0, 3.0), (8.0, 100.0)
+# Times over the usual one between impacts in which what does not swing back fades; in which heat goes.
+STAYS, COOLS = (1.0, 3.0), 8.0
 # Quantiles of what the disk has turned from which on, and over the spread of it within which, something changes.
 TURNED, WITHIN_TURNS = (0.2, 0.5, 0.8), (0.15, 0.5)
 # Quantiles of a turn or a speed that a blow has left at which a scale starts.
@@ -170,8 +169,8 @@ def leaning(name: str, target: str, known: Array, factors: tuple[Factor, ...] = 
             ("with the blows before, added up", "breathing_rate", (), STAYS),
             ("with the slips before, added up", "twist_rate", (), STAYS),
             ("with the slips before, added up, against its own", "twist_rate", against, STAYS),
-            ("with the rubbing before", "recent_rubbing", (), (*STAYS, *COOLS)),
-            ("that blows warm", "recent_blows", (), COOLS),
+            ("with the rubbing before", "recent_rubbing", (), (*STAYS, COOLS)),
+            ("that blows warm", "recent_blows", (), (COOLS,)),
         )
         for share in times
     ]
