@@ -9,7 +9,7 @@ from analysis.gap.laws.dictionary.candidate import Candidate
 # few that are nearly the true name says 9 more by chance once in a hundred series, 16 more once in some thousands.
 OUTDOES = 16.0
 # A formula of fewer unknowns replaces names where it explains this share of what they do: a ring of two halves 0.995.
-AS_WELL = 0.95
+AS_WELL = 0.99
 #: effect -> what its own law acts on, and the quantities that it follows, in whichever function
 OWN_FORMS: dict[str, tuple[tuple[str, frozenset[str]], ...]] = {
     "viscous_drag": (("along_velocity", frozenset({"speed"})),),
