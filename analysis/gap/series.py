@@ -199,8 +199,7 @@ def with_times(series: Series, truly: Callable[[Array, Run], Array]) -> Series:
     if series.points is not None:
         tracks = None if series.tracks is None else tuple(retold(series.tracks))
         return with_points(replace(series, tracks=tracks), retold(series.points))
-    fresh = _of_motions(series.recordings, retold(series.motions), series.frame, series.laws)
-    return replace(series, motions=fresh.motions, runs=fresh.runs)
+    return with_motions(series, retold(series.motions))
 
 
 def levelled(series: Series, slope_x: float, slope_y: float) -> Series:
@@ -251,6 +250,12 @@ def without_jitter(series: Series, sd_s: float, calm: Series) -> Series:
     return replace(fresh, points=None, layouts=series.layouts)
 
 
+def with_motions(series: Series, motions: Sequence[pd.DataFrame]) -> Series:
+    """The same series with other ``motions`` (in the rig's frame) of the same points, and the runs that follow."""
+    fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
+    return replace(series, motions=fresh.motions, runs=fresh.runs)
+
+
 def with_blur(series: Series, sd_s: float) -> Series:
     """The NES' sds widened by the way (and the turn) of ``sd_s``: what is smeared cannot be made sharp."""
     motions = []
@@ -260,8 +265,7 @@ def with_blur(series: Series, sd_s: float) -> Series:
         wider = {f"nes_{a}_sd_m": np.hypot(motion[f"nes_{a}_sd_m"].to_numpy(float), sd_s * speed) for a in "xy"}
         wider["nes_angle_sd_rad"] = np.hypot(motion["nes_angle_sd_rad"].to_numpy(float), sd_s * spin)
         motions.append(motion.assign(**wider))
-    fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
-    return replace(series, motions=fresh.motions, runs=fresh.runs)
+    return with_motions(series, motions)
 
 
 def with_host_moved(series: Series, moves: Sequence[Array]) -> Series:
@@ -270,5 +274,4 @@ def with_host_moved(series: Series, moves: Sequence[Array]) -> Series:
         motion.assign(host_x_m=motion["host_x_m"] + move[:, 0], host_y_m=motion["host_y_m"] + move[:, 1])
         for motion, move in zip(series.motions, moves, strict=True)
     ]
-    fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
-    return replace(series, motions=fresh.motions, runs=fresh.runs)
+    return with_motions(series, motions)

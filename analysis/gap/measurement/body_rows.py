@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run
-from analysis.gap.series import Series
+from analysis.gap.series import Series, with_motions
 from analysis.motion.bodies import VELOCITY_REACH
 from ovines.camera import Camera, triangulate_points
 from ovines.robust import spread
@@ -100,6 +100,32 @@ def body_rows(
         host.omega_rad_per_s * times,
         at / len(frames),
     )
+
+
+def with_heights_on_time(series: Series, delay_s: float) -> Series:
+    """``series`` whose bodies stand as high as they would if the second camera were not late by ``delay_s``: what it
+    makes of heights goes with the velocity, and would pass for a vertical motion of the Host.  Points stay as they
+    are."""
+    if series.cameras is None or series.layouts is None:
+        return series
+    motions = []
+    for motion, run in zip(series.motions, series.runs, strict=True):
+        changed = {}
+        for body in ("host", "nes"):
+            x, y, z = (motion[f"{body}_{a}_m"].to_numpy(float) for a in "xyz")
+            at = np.flatnonzero(np.isfinite(x) & np.isfinite(z))
+            velocity = np.zeros((len(at), 3))
+            if body == "host":
+                velocity[:, :2] = run.data.host.at(run.data.time_s[at], 1)[:, :2]
+            else:
+                velocity[:, :2] = np.nan_to_num(motion[["nes_vx_m_per_s", "nes_vy_m_per_s"]].to_numpy(float)[at])
+            place = np.column_stack([x[at], y[at], np.full(len(at), float(np.mean(series.layouts[body][:, 2])))])
+            _, per_height, jacobian = _derivatives(series.cameras, place, 1)
+            late_m = np.zeros(len(z))
+            late_m[at] = delay_s * np.einsum("ni,nij,nj->n", per_height, jacobian, velocity)
+            changed[f"{body}_z_m"] = z - late_m
+        motions.append(motion.assign(**changed))
+    return with_motions(series, motions)
 
 
 def _against_host(z: Array, z_sd: Array, motion: pd.DataFrame, run: Run, body: str) -> tuple[Array, Array]:

@@ -9,14 +9,15 @@ from dataclasses import dataclass, replace
 
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.finding import Finding
+from analysis.gap.measurement.body_rows import with_heights_on_time
 from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.tests import MeasurementTests, measurement_tests
-from analysis.gap.series import Series, levelled, retimed, scaled, with_blur, with_window_shift, without_jitter
+from analysis.gap.series import Series, levelled, retimed, scaled, with_blur, with_motions, with_window_shift, without_jitter
 from analysis.gap.thresholds import SIGNIFICANCE
 from ovines.recording_schema import Nominal
 
 #: how each finding is taken out of the data; a late camera leaves the plane motion a constant half delay for both
-#: bodies alike
+#: bodies alike, and its heights are put right when all else is (`_on_time`)
 CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
     "frame_rate_error": lambda s, f: retimed(s, 1 / f.parameters["ratio"][0]),
     "length_scale_error": lambda s, f: scaled(s, 1 / f.parameters["scale"][0]),
@@ -84,7 +85,20 @@ def correct(series: Series, withheld: frozenset[str] = frozenset(), most: int = 
         as_timed = as_timed if strongest.effect in LAST else series
         tests = measurement_tests(series)
         after |= tests.findings
+    late = [f.parameters["offset_s"][0] for f in found if f.effect == "camera_clock_offset"]
+    if late:  # last, as the tests above read lines and heights of the same camera
+        series, as_timed = _on_time(series, as_timed, late[0])
     return Corrected(series, as_timed, tuple(_refined(f, after.get(f.effect)) for f in found), first)
+
+
+def _on_time(series: Series, as_timed: Series, delay_s: float) -> tuple[Series, Series]:
+    """Both without what a late camera makes of heights."""
+    on_time = with_heights_on_time(as_timed, delay_s)
+    if series is as_timed:
+        return on_time, on_time
+    heights = [motion[["host_z_m", "nes_z_m"]] for motion in on_time.motions]
+    both = zip(series.motions, heights, strict=True)
+    return with_motions(series, [motion.assign(**height) for motion, height in both]), on_time
 
 
 def without_stated(series: Series) -> Series:

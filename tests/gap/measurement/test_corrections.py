@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.blind.recording.files import write_series
+from analysis.blind.recording.place import Place
+from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.measurement.corrections import correct
 from analysis.gap.series import levelled, retimed, scaled, with_window_shift
+from ovines.pipeline.series.diagnosis import load_series
+from ovines.recording import read_series
 
 
 def test_what_two_views_show_is_found_beside_a_stronger_jitter(loaded):
@@ -47,3 +52,21 @@ def test_what_the_host_does_beside_its_drive_is_no_late_frame(loaded, beside):
     for effect, parameters in sizes.items():
         for name, (value, sd) in parameters.items():
             assert abs(value - truth[effect][name]) < 3 * sd, (effect, name)
+
+
+@pytest.mark.parametrize("drive", ["sine", "random"])
+def test_a_late_camera_is_no_vertical_motion(drive, tmp_path):
+    """Heights go with the velocity where one view is late: at the Host it had made 0.20 mm of a swing of 0.65 mm."""
+    made = make_series(
+        "camera_clock_offset+vertical_motion", 1.0, np.random.default_rng(2), 2, "white", place=Place(drive=drive)
+    )
+    write_series(made, tmp_path / "series")
+    series = load_series(read_series(tmp_path / "series"), tmp_path / "results")[0]
+    corrected = correct(series).series
+    true_m = made.truth["parameters"]["vertical_motion"]["amplitude_m"]
+    for run, motion, raw in zip(corrected.runs, corrected.motions, series.motions, strict=True):
+        swing_m = np.sqrt(2) * np.std(run.data.host.at(run.data.time_s)[:, 2])
+        assert swing_m == pytest.approx(true_m, rel=0.02)
+        apart_m, raw_apart_m = (float(np.nanstd(one["nes_z_m"] - one["host_z_m"])) for one in (motion, raw))
+        assert apart_m < 0.35 * raw_apart_m
+    np.testing.assert_array_equal(corrected.points[0]["z_m"], series.points[0]["z_m"])

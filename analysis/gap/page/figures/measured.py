@@ -51,11 +51,11 @@ def view_panels(ladder: Ladder) -> list[Panel]:
             if block is not None:
                 epipolar, height, x, y = block.line_px, block.height_m, block.x_m, block.y_m
                 across, rising = block.late()
-                # A late clock stays in the data (the correction leaves the series as it is); a window and a plane were
-                # taken out.
+                # What a late clock makes of lines stays in the data, what it makes of heights was taken out, as a
+                # window and a plane were.
                 e_before, e_after = epipolar + block.line_per_px @ w, epipolar - delay * across
-                z_before = height + block.height_per_px @ w + np.column_stack([x, y]) @ slope
-                z_after = height - delay * rising
+                z_before = height + block.height_per_px @ w + np.column_stack([x, y]) @ slope + delay * rising
+                z_after = height
                 if body == "host":  # rides up and down with the shaker: its height says nothing of the plane
                     z_before, z_after = np.full_like(height, np.nan), np.full_like(height, np.nan)
                 blocks.append(
