@@ -12,7 +12,16 @@ from analysis.gap.finding import Finding
 from analysis.gap.measurement.body_rows import with_heights_on_time
 from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.tests import MeasurementTests, measurement_tests
-from analysis.gap.series import Series, levelled, retimed, scaled, with_blur, with_motions, with_window_shift, without_jitter
+from analysis.gap.series import (
+    Series,
+    levelled,
+    retimed,
+    scaled,
+    with_blur,
+    with_motions,
+    with_window_shift,
+    without_jitter,
+)
 from analysis.gap.thresholds import SIGNIFICANCE
 from ovines.recording_schema import Nominal
 
