@@ -128,16 +128,19 @@ def find_smeared(time_s: Array, x: Array, y: Array, sd_m: Array, kinks: Array, r
             last += 1
         total = np.hypot(*kinks[k : last + 1, 1:3].sum(0))
         if last > k and total > LEAST_SMEARED_STEP_M_PER_S:
-            found += _one_frame(time_s, x, y, sd_m, int(gaps[k]), int(gaps[last]), reach)
+            found += _one_frame(time_s, x, y, sd_m, gaps[k : last + 1], reach)
         k = last + 1
     return np.array(found, np.int64)
 
 
-def _one_frame(time_s: Array, x: Array, y: Array, sd_m: Array, first: int, last: int, reach: int) -> list[int]:
-    """The frame of first..last + 1 without which one kink remains near it, or none."""
+def _one_frame(time_s: Array, x: Array, y: Array, sd_m: Array, gaps: NDArray[np.int64], reach: int) -> list[int]:
+    """The frame among the kinks at ``gaps``, which follow each other, without which one of them remains; or none."""
+    first, last = int(gaps[0]), int(gaps[-1])
     lo, hi = max(0, first - 2 * reach), min(len(x) - 1, last + 1 + 2 * reach)
     for frame in range(first, last + 2):
-        if not np.isfinite(x[frame]):
+        # A frame has no say in kinks farther off than their reach, and one kink may remain.
+        beyond = np.count_nonzero((gaps + 1 + reach < frame) | (gaps - reach > frame))
+        if not np.isfinite(x[frame]) or beyond > 1:
             continue
         trial_x, trial_y = x.copy(), y.copy()
         trial_x[frame] = trial_y[frame] = np.nan
