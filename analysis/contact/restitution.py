@@ -21,10 +21,11 @@ Sizes = Mapping[str, Mapping[str, float]]
 SPEED, DIRECTION, DRIFT = "speed_dependent_restitution", "direction_dependent_restitution", "restitution_drift"
 #: effects of the library that act on the restitution, in the order of their columns
 RESTITUTION_EFFECTS = (SPEED, DIRECTION, DRIFT)
-#: speeds (m/s) from which the search for an exponential fall begins
-SPEED_SCALES_M_PER_S = (0.3, 0.5, 0.8, 1.2, 2.0, 4.0)
-# Where a scale's interval would end below this speed (m/s), no impact tells a slower one apart.
-SLOWEST_SCALE_M_PER_S = 0.05
+# Speeds over the RMS approach speed from which the search for an exponential fall begins, the last where it ends: what
+# falls off beyond the measured speeds is a straight line to them, and no end of it is seen.
+SPEED_SCALES = (0.2, 0.3, 0.5, 0.75, 1.25, 2.5)
+# Where a scale's interval would end below this share of the RMS approach speed, no impact tells a slower one apart.
+SLOWEST_SCALE = 0.03
 # A restitution that goes with the speed: fall of -2 log L (two more parameters) from which it is taken, of how many
 # impacts, and the speeds within which it may fall off.
 SPEED_LAW_GAIN, FEWEST_FOR_SPEED_LAW, DECAY_SPEEDS_M_PER_S = 15.0, 20, (0.3, 0.55, 1.0, 1.8, 3.3)
@@ -79,20 +80,26 @@ def restitution_design(data: LawData, names: Sequence[str]) -> Array:
     return columns
 
 
+def speed_scales_m_per_s(data: LawData) -> Array:
+    """Speeds (m/s) from which the search for an exponential fall begins, ascending: in those of the impacts."""
+    return float(np.sqrt(np.mean(data.before**2))) * np.array(SPEED_SCALES)
+
+
 def best_speed_scale(data: LawData, beside: Array | None = None) -> float:
     """Speed scale (m/s) of an exponential fall of restitution beside the columns ``beside`` (K, .), by likelihood: a
     grid, then a bounded search about its best.
     """
-    grid = [_scale_misfit(data, s, beside) for s in SPEED_SCALES_M_PER_S]
+    scales = speed_scales_m_per_s(data)
+    grid = [_scale_misfit(data, float(s), beside) for s in scales]
     at = int(np.argmin(grid))
-    low, high = SPEED_SCALES_M_PER_S[max(at - 1, 0)], SPEED_SCALES_M_PER_S[min(at + 1, len(grid) - 1)]
+    low, high = scales[max(at - 1, 0)], scales[min(at + 1, len(grid) - 1)]
     found = minimize_scalar(
         lambda u: _scale_misfit(data, np.exp(u), beside),
         bounds=(np.log(low), np.log(high)),
         method="bounded",
         options={"xatol": 1e-3},
     )
-    return float(np.exp(found.x)) if found.fun <= grid[at] else SPEED_SCALES_M_PER_S[at]
+    return float(np.exp(found.x)) if found.fun <= grid[at] else float(scales[at])
 
 
 def _scale_misfit(data: LawData, scale: float, beside: Array | None) -> float:
@@ -225,10 +232,10 @@ def fit_effects(data: LawData, names: Sequence[str], held: Sizes, beside: Array 
     sizes: dict[str, dict[str, tuple[float, float]]] = {}
     if SPEED in free:
         scale_sd = speed_scale_sd(plain, scale, others)
+        slowest = SLOWEST_SCALE / SPEED_SCALES[0] * float(speed_scales_m_per_s(plain)[0])
         # Both limits move with the scale: both ends of the scale's interval are tried.
         low, high = (
-            _fit(data, free, s, held, beside).coefficients
-            for s in (max(scale - scale_sd, SLOWEST_SCALE_M_PER_S), scale + scale_sd)
+            _fit(data, free, s, held, beside).coefficients for s in (max(scale - scale_sd, slowest), scale + scale_sd)
         )
         fast, sd = (
             float(np.hypot(own, 0.5 * abs((high - low) @ row)))

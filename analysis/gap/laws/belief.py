@@ -29,7 +29,8 @@ def structure_of_law(law: LawFound, stage: str, coordinate: str, size: float, le
     gain = float(np.sum(law.before - law.after))
     unit = "m" if stage == "geometry" else "1"
     goes_with = " and ".join(f"the {one}" for one in follows) or "nothing: a constant"
-    return Structure(stage, "impact", coordinate, goes_with, size / least, gain, size, unit, law.p)
+    phase = "free flight" if stage == "flight" else "impact"
+    return Structure(stage, phase, coordinate, goes_with, size / least, gain, size, unit, law.p)
 
 
 def structure_of_clock(law: LawFound, period_s: float) -> Structure:

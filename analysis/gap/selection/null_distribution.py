@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from analysis.contact.law import LawData, fit_restitution
-from analysis.contact.restitution import SPEED_SCALES_M_PER_S, restitution_design
+from analysis.contact.restitution import restitution_design, speed_scales_m_per_s
 from analysis.flights.evidence import covariance_of
 from analysis.gap.cause import SMALLEST_P
 from analysis.gap.selection.flights.fit import FlightFit, information_of, prior_of
@@ -81,7 +81,7 @@ def impact_null_distribution(data: LawData, base: Sequence[str], rng: np.random.
     """
     design = restitution_design(data, base)
     groups = [(columns, 0.0) for _, columns, _ in restitution_groups(data, base)]
-    groups += [(np.exp(-data.before / scale)[:, None], 0.0) for scale in SPEED_SCALES_M_PER_S]
+    groups += [(np.exp(-data.before / scale)[:, None], 0.0) for scale in speed_scales_m_per_s(data)]
     groups += [(bump[:, None], SPOTS_BY_CHANCE) for _, bump in spots(data)]
     scatter = fit_restitution(data, design)[2]
     sd = np.sqrt(data.normal_sd**2 + (scatter * data.before) ** 2)

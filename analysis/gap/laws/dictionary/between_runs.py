@@ -1,4 +1,5 @@
-"""What somebody changes between two runs: a table levelled anew, a ring bolted on again, a rim that was cleaned.
+"""What changes between two runs: a table levelled anew, a ring bolted on again, a rim that was cleaned, a bench that
+is not warm at once.
 
 From one run on it is another, and nothing says that it was nil before: where no constant is fitted along, both belong
 to one candidate, for a step alone explains half of what lies to both sides of the mean."""
@@ -12,7 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
-from analysis.gap.laws.dictionary.modulated import DRAG, FEW, FRICTION, ROOM, Carrier, Modulator, Products, fixed
+from analysis.gap.laws.dictionary.modulated import (
+    DRAG,
+    FEW,
+    FRICTION,
+    ROOM,
+    Carrier,
+    Modulator,
+    Products,
+    fixed,
+    with_scale,
+)
 from analysis.gap.laws.dictionary.parts import SCALE_STEP, RigScales, plain
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -20,6 +31,8 @@ from ovines.core.laws.terms import Factor, Term
 Array = NDArray[np.float64]
 # How often what comes and goes does so over all runs, and the fewest runs in which once: fewer are no wave.
 TURNS, SHORTEST, TURN = (0.7, 1.0, 2.0), 4.0, 2 * math.pi
+# Runs over all of them in which what was mended, or is not warm yet, settles.
+SETTLING_RUNS = (0.2, 0.5)
 
 
 def steps_between(known: Array) -> list[float]:
@@ -34,6 +47,14 @@ def of_flights_between(scales: RigScales) -> Iterator[Candidate]:
         for carrier in (ROOM, DRAG, *FEW):
             yield from carrier.times(_there_and_from(step - 0.5))
     yield from FRICTION.times(_comes_and_goes(scales.runs))
+    settles = with_scale("that settles from run to run", ("run", "exponential", 1.0), settling_runs(scales.runs))
+    for carrier in (FRICTION, DRAG, ROOM):
+        yield from carrier.times(settles)
+
+
+def settling_runs(runs: int) -> list[float]:
+    """How many runs it may take until something has settled, of so many; none where too few would show it."""
+    return [share * runs for share in SETTLING_RUNS] if runs > 2 else []
 
 
 def _there_and_from(step: float) -> Modulator:

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.laws.dictionary.between_runs import settling_runs
 from analysis.gap.laws.dictionary.candidate import Candidate, waves
 from analysis.gap.laws.dictionary.modulated import RING_STEP, RINGS
 from analysis.gap.laws.dictionary.parts import SCALE_STEP, plain, scaled
@@ -37,8 +38,6 @@ TURNED, WITHIN_TURNS = (0.2, 0.5, 0.8), (0.15, 0.5)
 LEFT = (0.2, 0.5, 0.8)
 # Width (rad) of what a blow leaves where it struck, and times over the usual one between impacts in which it fades.
 STRUCK, STRUCK_FADES = (0.3, 0.7), (3.0, 10.0)
-# Runs over all of them in which what was mended settles.
-SETTLING_RUNS = (0.2, 0.5)
 
 
 def usual_between_s(known: Array) -> float | None:
@@ -146,8 +145,7 @@ def after_the_way(name: str, target: str, known: Array) -> list[Candidate]:
 
 def settling_by_run(name: str, target: str, known: Array) -> list[Candidate]:
     """What was new at the first run, or was mended before it."""
-    runs = len(np.unique(known[:, W.RUN]))
-    sizes = [share * runs for share in SETTLING_RUNS] if runs > 2 else []
+    sizes = settling_runs(len(np.unique(known[:, W.RUN])))
     return scaled(f"{name} that settles from run to run", target, ("run", "exponential", 1.0), sizes)
 
 
