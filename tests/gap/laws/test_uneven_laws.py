@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.contact.law import fit_law, stick_impulse, sticks
 from analysis.contact.restitution import RESTITUTION_EFFECTS
@@ -38,9 +37,7 @@ from analysis.gap.written_laws import write_laws
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import Factor, Term
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
-from tests.gap.conftest import laws_and_ladder
+from tests.gap.conftest import brought, laws_and_ladder
 from tests.gap.laws.test_memory_laws import EFFECTS, made_series, quantities
 
 # What one candidate alone must close of a cause.
@@ -255,8 +252,7 @@ def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
 def test_a_drift_beside_a_law_keeps_its_name(tmp_path):
     """A formula that stands in its place is sought, and does not need less without it."""
     made = make_series("restitution_drift+unknown_soft_spot", 1.0, np.random.default_rng(73), runs=3, noise="white")
-    write_series(made, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    series = brought(made, tmp_path / "series")
     (law,), ladder = laws_and_ladder(series)
     assert {target for target, _ in quantities(law)} == {"restitution"}, as_text(law.law)
     assert {cause.effect for cause in ladder.causes} == {"restitution_drift"}
