@@ -56,6 +56,15 @@ def without_laws(monkeypatch) -> None:
     monkeypatch.setattr(analysis.gap.diagnose, "write_laws", lambda ladder, rng, withheld: ((), ladder))
 
 
+@pytest.fixture
+def without_flight_laws(monkeypatch) -> None:
+    """No formula is searched for the flights, where impacts or the wall are asked about: it takes as long as all the
+    rest.  That none is found where flights have nothing left, tests of the same kinds of cause ask that do search
+    (`test_unsuspected_laws`' shim, `test_memory_laws`' lining, `test_uneven_laws`' lamp).
+    """
+    monkeypatch.setattr("analysis.gap.written_laws._flight_law", lambda ladder, *_: (None, ladder))
+
+
 @pytest.fixture(scope="session")
 def tilted(tmp_path_factory) -> tuple[Diagnosis, dict[str, Any]]:
     """Three runs on a table that is tilted a little, diagnosed from their tracks, and the truth: for all that is asked

@@ -37,7 +37,7 @@ def test_a_law_of_the_restitution_is_an_effect_by_its_form(law, effect):
     assert effect_of_restitution(law) == effect
 
 
-def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path):
+def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path, without_flight_laws):
     """Six runs that were `unknown`, with the drift's own formula; in view, no blind result."""
     made = make_series("restitution_drift", 0.35, np.random.default_rng(12), runs=6, noise="white")
     series = brought(made, tmp_path / "series")

@@ -34,7 +34,7 @@ def test_a_disk_that_is_seen_beside_its_place_in_the_shade(tmp_path):
 
 def test_a_floor_that_leans_with_the_host_is_no_disk_seen_elsewhere(tmp_path):
     """Both move the disk by a share of the Host's way; what is seen elsewhere would have left the wall oval."""
-    made = make_series("unknown_bent_guide", 0.9, np.random.default_rng(7), runs=3, noise="white")
+    made = make_series("unknown_bent_guide", 0.9, np.random.default_rng(7), runs=2, noise="white")
     series = brought(made, tmp_path / "series")
     laws, _ = laws_and_ladder(series)
     assert [law.law.stage for law in laws] == ["flight"], [as_text(law.law) for law in laws]

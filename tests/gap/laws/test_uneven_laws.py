@@ -249,7 +249,7 @@ def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
     assert sorted({name for _, names in quantities(law) for name in names}) == ["azimuth", "time"], as_text(law.law)
 
 
-def test_a_drift_beside_a_law_keeps_its_name(tmp_path):
+def test_a_drift_beside_a_law_keeps_its_name(tmp_path, without_flight_laws):
     """A formula that stands in its place is sought, and does not need less without it."""
     made = make_series("restitution_drift+unknown_soft_spot", 1.0, np.random.default_rng(73), runs=3, noise="white")
     series = brought(made, tmp_path / "series")
