@@ -38,8 +38,8 @@ def brought(made: Made, folder: Path, laws: tuple[Path, ...] = ()) -> Series:
     """The series that the plant has ``made``, written to ``folder`` where it is not there yet, as the diagnosis reads
     it.
 
-    Of white noise, and of causes in which no camera has a part, no lens field is learnt in vain: it takes as long as
-    making the series does, and is none (`test_marker_laws.py` asks for that)."""
+    Of white noise, and of causes in which no camera has a part, no lens field is learnt in vain: it takes half a second
+    and is none (`test_marker_laws.py` asks for that)."""
     if not folder.exists():
         write_series(made, folder)
     with pytest.MonkeyPatch.context() as patched:
@@ -58,9 +58,9 @@ def without_laws(monkeypatch) -> None:
 
 @pytest.fixture
 def without_flight_laws(monkeypatch) -> None:
-    """No formula is searched for the flights, where impacts or the wall are asked about: it takes as long as all the
-    rest.  That none is found where flights have nothing left, tests of the same kinds of cause ask that do search
-    (`test_unsuspected_laws`' shim, `test_memory_laws`' lining, `test_uneven_laws`' lamp).
+    """No formula is searched for the flights, where impacts or the wall are asked about: it takes a third of the time
+    and more.  That none is found where flights have nothing left, tests of the same kinds of cause ask that do search
+    (`test_unsuspected_laws`' shim, `test_uneven_laws`' lamp).
     """
     monkeypatch.setattr("analysis.gap.written_laws._flight_law", lambda ladder, *_: (None, ladder))
 
