@@ -20,7 +20,7 @@ from ovines.__main__ import main
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from ovines.tables import read_table
-from tests.gap.conftest import laws_and_ladder
+from tests.gap.conftest import brought, laws_and_ladder
 
 # Of twelve: enough for what is asked, and a third quicker; of some three are.
 PRACTICE_RUNS, FEWER_RUNS, SHOWN_BY_FEWER = 8, 3, (26, 29)
@@ -57,8 +57,7 @@ def diagnosed(
 ):
     """The plant's series of ``kind``, written and diagnosed; (diagnosis, truth)."""
     series = make_series(kind, size, np.random.default_rng(seed), runs=runs, noise=noise)
-    write_series(series, folder)
-    loaded, _ = load_series(read_series(folder), folder / "results")
+    loaded = brought(series, folder)
     return diagnose(loaded, np.random.default_rng(0), withheld), series.truth
 
 

@@ -16,7 +16,7 @@ from analysis.gap.ladder import run_ladder
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are copied on Linux only")
 
 
-def test_both_say_the_same_and_nothing_is_begun_where_something_is_left(loaded, monkeypatch):
+def test_both_say_the_same_and_nothing_is_begun_where_something_is_left(loaded, without_next_test, monkeypatch):
     monkeypatch.setattr(ovines.workers.beside.os, "cpu_count", lambda: 2)
     _, series = loaded("table_tilt", 0.35, 5)
     ladder = run_ladder(series, np.random.default_rng(0))

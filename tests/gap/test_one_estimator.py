@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario
 from analysis.contact.effect_rows import told_effects
@@ -21,9 +20,9 @@ from analysis.gap.selection.flight_steps import select_flight_effects
 from analysis.gap.series import Series
 from analysis.identify import identify_series
 from analysis.motion.rig_frame import RigFrame
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import Recording, read_series
+from ovines.recording import Recording
 from ovines.recording_schema import Nominal
+from tests.gap.conftest import brought
 
 CAUSES = ("viscous_drag", "speed_dependent_restitution", "wall_lobes")
 # Flights are fitted until a step is within 0.05 sd (RESTS_SD of identification/floor/fit.py): from another start,
@@ -49,8 +48,7 @@ def diagnosed(tmp_path_factory) -> tuple[Series, Ladder, Estimates, Nominal, dic
     writes."""
     folder = tmp_path_factory.mktemp("three")
     made = make_series("+".join(CAUSES), 1.0, np.random.default_rng(21), runs=2, noise="white")
-    write_series(made, folder)
-    series, _ = load_series(read_series(folder), folder / "results")
+    series = brought(made, folder / "series")
     estimates, ladder = estimated(run_ladder(series, np.random.default_rng(0)), [])
     parameters = {c.effect: ladder.series.frame.world_parameters(c.effect, c.parameters) for c in ladder.causes}
     told = {effect: {n: {"value": value} for n, (value, _) in one.items()} for effect, one in parameters.items()}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import diagnose, verdict_of
@@ -15,6 +14,7 @@ from analysis.gap.prediction.probabilities import against, probabilities, probab
 from analysis.gap.selection.centres import centre_negligible_m
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
+from tests.gap.conftest import brought
 
 pytestmark = pytest.mark.usefixtures("without_next_test")
 
@@ -22,8 +22,7 @@ pytestmark = pytest.mark.usefixtures("without_next_test")
 def test_a_small_rigs_wall_off_its_centre_is_named(tmp_path):
     """A third of the usual rig: 0.1 mm, below which the usual rig's is placement, is three times as much here."""
     small = make_series("wall_centre_offset", 0.6, np.random.default_rng(3), 2, "white", place=Place(scale=0.3))
-    write_series(small, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    series = brought(small, tmp_path / "series")
     assert centre_negligible_m(series) == pytest.approx(2.5e-3 * series.contact_radius_m)
     summary = diagnose(series, np.random.default_rng(0)).summary
     assert summary["effects"] == ["wall_centre_offset"]

@@ -121,8 +121,8 @@ def _smooth(uv_px: Array, moved_px: Array) -> Callable[[Array], Array]:
     unit = float(np.abs(uv_px - middle).max())
 
     def powers(uv: Array) -> Array:
-        a, b = ((uv - middle) / unit).T
-        return np.column_stack([a**i * b**j for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)])
+        a, b = (np.vander(one, DEGREE + 1, increasing=True) for one in ((uv - middle) / unit).T)
+        return np.hstack([a[:, i : i + 1] * b[:, : DEGREE + 1 - i] for i in range(DEGREE + 1)])
 
     coefficients = np.linalg.lstsq(powers(uv_px), moved_px, rcond=None)[0]
     return lambda uv: np.asarray(powers(uv) @ coefficients, float)

@@ -121,8 +121,10 @@ class _Began:
     def taken(self, left: Array) -> Array:
         """How much (G,) of the squares of what is ``left`` (M, 2) any start takes."""
         count, _, swings = self.columns.shape
-        on = (self.columns.reshape(count, -1).T @ left).reshape(2, swings, 2)
-        return np.asarray(np.einsum("jga,ijg,iga->g", on, self.inverse, on, optimize=True))
+        cosine, sine = (self.columns.reshape(count, -1).T @ left).reshape(2, swings, 2)
+        squares, both = self.inverse[[0, 1], [0, 1]], self.inverse[0, 1] + self.inverse[1, 0]
+        own = squares[0] * np.sum(cosine**2, 1) + squares[1] * np.sum(sine**2, 1)
+        return np.asarray(own + both * np.sum(cosine * sine, 1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Factor, Term, rows_of
 from ovines.robust import MEDIAN_TO_SD
 from tests.gap.laws.test_memory_laws import EFFECTS, impact_fit, made_series, quantities
-from tests.gap.laws.test_uneven_laws import closed
+from tests.gap.laws.test_uneven_laws import ENOUGH, Asked
 
 LATE = Factor("approach", "absolute_power", -1.0)
 #: causes as somebody might have them, of one coefficient
@@ -86,8 +86,9 @@ def test_what_turns_and_blows_leave_is_in_the_dictionary(recorded, stage, causes
     rows, candidates = {
         "impacts": (laws, law_candidates(laws.known)), "walls": (walls, wall_candidates(walls.known))
     }[stage]  # fmt: skip
-    told = {name: closed(rows, candidates, (term, None)) for name, term in causes.items()}
-    assert {name: one for name, one in told.items() if one[0] < 0.9} == {}
+    asked = Asked.of(rows, candidates)
+    told = {name: asked.closed((term, None)) for name, term in causes.items()}
+    assert {name: one for name, one in told.items() if one[0] < ENOUGH} == {}
 
 
 def test_rates_that_no_list_holds_are_found(recorded):
@@ -98,7 +99,7 @@ def test_rates_that_no_list_holds_are_found(recorded):
         left = rows.columns([term])[:, 0]
         left = replace(rows, problem=replace(rows.problem, residual=100.0 * left / np.linalg.norm(left)))
         found = impact_rates.rate_candidates(left, 1 / 800.0, 1e-5, np.random.default_rng(0))
-        assert closed(rows, found, (term, None))[0] > 0.9, name
+        assert Asked.of(rows, found).closed((term, None))[0] > ENOUGH, name
         assert min(one.looked for one in found if one.terms[0].target == term.target) > 0.0
 
 

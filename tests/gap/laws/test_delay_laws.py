@@ -41,7 +41,7 @@ def exposed(folder, seed, runs=3, noise="white", laws=()):
 
 def test_an_exposure_that_follows_the_disk_is_no_jitter(tmp_path):
     """It had been a jitter of all cameras, or nothing; held by the next diagnosis nothing of it is left."""
-    true, series = exposed(tmp_path / "s", 17, noise="ar1")
+    true, series = exposed(tmp_path / "s", 17, 2, "ar1")
     (law,), ladder = laws_and_ladder(series)
     assert (verdict_of(ladder), ladder.causes) == ("unknown", ())
     assert [(one.stage, one.unit) for one in ladder.structure] == [("measurement", "s")]
@@ -54,7 +54,7 @@ def test_an_exposure_that_follows_the_disk_is_no_jitter(tmp_path):
     assert law.closed > 0.95 and law.halves.agree
     path = tmp_path / "law-1.toml"
     path.write_text(law_text(law.law, "exposure"))
-    assert not delay_follows(exposed(tmp_path / "s", 17, noise="ar1", laws=[path])[1])
+    assert not delay_follows(exposed(tmp_path / "s", 17, 2, "ar1", [path])[1])
 
 
 def test_it_is_the_first_camera_where_the_host_says_so(tmp_path):

@@ -33,7 +33,7 @@ def named_flights(series):
     return steps, FlightSearch.of(series.runs, steps.named, rng)
 
 
-def test_a_screw_that_backs_out_is_no_drift(loaded):
+def test_a_screw_that_backs_out_is_no_drift(loaded, without_flight_laws):
     """One side of the wall softens from run to run; the mean of it is a drift, which leaves the rest too faint for
     chance to be ruled out."""
     _, series = loaded("unknown_backed_screw", 0.6, 5, runs=4)

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from matplotlib.mathtext import MathTextParser
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose, verdict_of
@@ -40,27 +39,21 @@ from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
 from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, OF_FLIGHTS_ONLY, QUANTITIES
 from ovines.law_file import law_text, read_law
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
-from tests.gap.conftest import laws_and_ladder
-
-
-def loaded(folder, laws=()):
-    return load_series(read_series(folder), folder / "results", laws)[0]
+from tests.gap.conftest import brought, laws_and_ladder
 
 
 @pytest.fixture(scope="module")
 def both(tmp_path_factory, without_next_test):
-    """Three runs with a swirl, and a restitution that falls with the slip: their folder, truth and diagnosis."""
+    """Three runs with a swirl, and a restitution that falls with the slip: their folder, series and diagnosis."""
     folder = tmp_path_factory.mktemp("both") / "series"
     made = make_series("unknown_swirl+unknown_slip_restitution", 1.0, np.random.default_rng(5), runs=2, noise="white")
-    write_series(made, folder)
-    return folder, made.truth["parameters"], diagnose(loaded(folder), np.random.default_rng(0))
+    return folder, made, diagnose(brought(made, folder), np.random.default_rng(0))
 
 
 def test_a_force_in_nobodys_list_is_written_as_a_formula(both):
     """Right target and quantity, size within three sd of the plant's, nearly all of the gap closed on held-out runs."""
-    _, true, found = both
+    _, made, found = both
+    true = made.truth["parameters"]
     assert (found.summary["verdict"], found.summary["effects"]) == ("unknown", [])
     entry, _ = found.summary["laws"]
     (term,) = found.laws[0].law.terms
@@ -73,7 +66,8 @@ def test_a_force_in_nobodys_list_is_written_as_a_formula(both):
 
 def test_a_law_of_the_impacts_beside_one_of_the_flights(both):
     """Restitution that falls with the slip; as near as three sds of eight runs without the swirl (a tenth each)."""
-    _, true, found = both
+    _, made, found = both
+    true = made.truth["parameters"]
     entry, law = found.summary["laws"][1], found.laws[1]
     (term,) = law.law.terms
     assert (entry["stage"], term.target, [one.quantity for one in term.factors]) == ("impact", "restitution", ["slip"])
@@ -109,11 +103,11 @@ def test_a_law_that_is_nil_all_along_a_flight_moves_nothing_of_it(both):
 
 def test_a_series_that_holds_its_laws_has_nothing_left(both, tmp_path):
     """Written to files, read again, held: the diagnosis ends with none."""
-    folder, _, found = both
+    folder, made, found = both
     paths = [tmp_path / f"law-{k}.toml" for k in (1, 2)]
     for path, law in zip(paths, found.laws, strict=True):
         path.write_text(law_text(law.law, "one of two"))
-    laws, ladder = laws_and_ladder(loaded(folder, paths))
+    laws, ladder = laws_and_ladder(brought(made, folder, paths))
     assert (verdict_of(ladder), laws) == ("none", ())
     assert [read_law(path).terms[0].unit for path in paths] == ["1/s^2", "s/m"]
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.flight_law import find_flight_law
@@ -18,9 +17,7 @@ from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.selection.inertia import inertia_step, wall_between
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
-from tests.gap.conftest import laws_and_ladder
+from tests.gap.conftest import brought, laws_and_ladder
 
 EFFECTS = ("floor_friction", "spin_coupling")
 
@@ -28,9 +25,7 @@ EFFECTS = ("floor_friction", "spin_coupling")
 def made_series(folder, kind, severity, seed, runs=4):
     """The plant's series, and its truth."""
     made = make_series(kind, severity, np.random.default_rng(seed), runs=runs, noise="white")
-    write_series(made, folder / "series")
-    series, _ = load_series(read_series(folder / "series"), folder / "results")
-    return series, made.truth["parameters"][kind]
+    return brought(made, folder / "series"), made.truth["parameters"][kind]
 
 
 def quantities(law):
@@ -101,8 +96,7 @@ def test_a_step_of_the_wall_is_no_ellipse_with_lobes(tmp_path):
 def test_an_ellipse_is_no_law(tmp_path):
     """What a name says as well stays with its name."""
     made = make_series("wall_ellipticity", 1.0, np.random.default_rng(35), runs=2, noise="white")
-    write_series(made, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    series = brought(made, tmp_path / "series")
     rng = np.random.default_rng(0)
     flights = first_flights(series, EFFECTS)
     steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, rng)

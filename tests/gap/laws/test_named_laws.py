@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.named_laws import effect_of_restitution
 from analysis.gap.written_laws import write_laws
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
-from tests.gap.conftest import laws_and_ladder
+from tests.gap.conftest import brought, laws_and_ladder
 
 
 def restitution(*factors):
@@ -40,11 +37,10 @@ def test_a_law_of_the_restitution_is_an_effect_by_its_form(law, effect):
     assert effect_of_restitution(law) == effect
 
 
-def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path):
+def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path, without_flight_laws):
     """Six runs that were `unknown`, with the drift's own formula; in view, no blind result."""
     made = make_series("restitution_drift", 0.35, np.random.default_rng(12), runs=6, noise="white")
-    write_series(made, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    series = brought(made, tmp_path / "series")
     ladder = run_ladder(series, np.random.default_rng(0))
     assert ladder.causes == ()  # by its gain alone
     laws, ladder = write_laws(ladder, np.random.default_rng(0))

@@ -9,23 +9,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from ovines.core.laws.formula import as_latex, as_text, legend
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
-from tests.gap.conftest import laws_and_ladder
+from tests.gap.conftest import brought, laws_and_ladder
 
 
 def test_a_disk_that_is_seen_beside_its_place_in_the_shade(tmp_path):
     """A law of the measurement, with the lamp's direction and where the shade begins; no force, and no wall's shape."""
     made = make_series("unknown_shaded_wall", 0.8, np.random.default_rng(4), runs=3, noise="white")
-    write_series(made, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    series = brought(made, tmp_path / "series")
     (law,), ladder = laws_and_ladder(series)
     (term,) = law.rig_law.terms
     assert law.law.stage == "measurement" and term.target == "nes_place", as_text(law.law)
@@ -38,9 +34,8 @@ def test_a_disk_that_is_seen_beside_its_place_in_the_shade(tmp_path):
 
 def test_a_floor_that_leans_with_the_host_is_no_disk_seen_elsewhere(tmp_path):
     """Both move the disk by a share of the Host's way; what is seen elsewhere would have left the wall oval."""
-    made = make_series("unknown_bent_guide", 0.9, np.random.default_rng(7), runs=3, noise="white")
-    write_series(made, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    made = make_series("unknown_bent_guide", 0.9, np.random.default_rng(7), runs=2, noise="white")
+    series = brought(made, tmp_path / "series")
     laws, _ = laws_and_ladder(series)
     assert [law.law.stage for law in laws] == ["flight"], [as_text(law.law) for law in laws]
     assert laws[0].closed > 0.8

@@ -91,7 +91,7 @@ def test_lobes_of_a_ring_around_a_cylinder_stay_lobes(tmp_path):
     assert not added[inside].any() and np.all(added[~inside] != 0.0)
 
 
-def test_play_in_its_seat_is_no_contact_that_lasts(loaded):
+def test_play_in_its_seat_is_no_contact_that_lasts(loaded, without_flight_laws):
     """Distances of both grow with the speed of approach: the law alone says more than the name, which goes."""
     _, series = loaded("unknown_seat_play", 0.9, 2)
     laws, ladder = laws_and_ladder(series)
@@ -101,7 +101,7 @@ def test_play_in_its_seat_is_no_contact_that_lasts(loaded):
     assert "finite_contact_time" not in {cause.effect for cause in ladder.causes} and not ladder.impacts.shape.finite
 
 
-def test_a_contact_that_lasts_keeps_its_name_beside_a_shape_of_the_disk(loaded):
+def test_a_contact_that_lasts_keeps_its_name_beside_a_shape_of_the_disk(loaded, without_flight_laws):
     """Runs held out still ask for it beside the formula."""
     _, series = loaded("finite_contact_time+unknown_oval_disk", (0.6, 1.1), 5)
     fits = first_flights(series, EFFECTS).fits
@@ -152,7 +152,7 @@ def test_an_uneven_rim_is_no_mass_centre_beside_its_law(loaded):
     assert beside.wall.scatter_m < 0.5 * plain.wall.scatter_m
 
 
-def test_a_ring_that_blows_leave_oval_leaves_nothing_at_the_impacts(loaded):
+def test_a_ring_that_blows_leave_oval_leaves_nothing_at_the_impacts(loaded, without_flight_laws):
     """With normals of a round ring its impacts showed a restitution that falls with the speed, and a share of the spin
     that is lost."""
     _, series = loaded("unknown_pressed_ring", 1.0, 6)

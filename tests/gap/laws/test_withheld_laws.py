@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from analysis.blind.causes.named import CAUSES
-from analysis.blind.recording.files import write_series
 from analysis.blind.scoring.forms import FORMS, form_of, judge_law
 from analysis.blind.scoring.withheld import judge_withheld, withheld_figures
 from analysis.blind.series import make_series
@@ -17,8 +16,7 @@ from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
+from tests.gap.conftest import brought
 
 DRAG = WrittenLaw((Term("along_velocity", -0.6, (Factor("speed"),)),))
 TRUTH = {
@@ -88,8 +86,7 @@ def test_angles_of_a_withheld_law_are_compared_by_their_period():
 def test_a_drag_that_no_library_holds_is_written_as_one(tmp_path):
     """Two runs with a viscous drag, searched without naming any effect."""
     made = make_series("viscous_drag", 0.8, np.random.default_rng(31), runs=2, noise="white")
-    write_series(made, tmp_path / "series")
-    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    series = brought(made, tmp_path / "series")
     flights = flight_regression(first_flights(series, ("floor_friction", "spin_coupling")))
     candidates = flight_candidates(RigScales.of(flights.known, 69.0))
     found, p = find_law(flights.problem, flights.columns, candidates, np.random.default_rng(0))

@@ -5,19 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.drive.steps import drive_steps
 from analysis.gap.selection.flight_steps import first_flights
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
+from tests.gap.conftest import brought
 
 
 def drive_of(tmp_path, kind, drive, seed, runs=4):
     made = make_series(kind, 1.0, np.random.default_rng(seed), runs, "white", place=Place(drive=drive))
-    write_series(made, tmp_path / kind)
-    series, _ = load_series(read_series(tmp_path / kind), tmp_path / "results")
+    series = brought(made, tmp_path / kind)
     fits = first_flights(series, ("floor_friction", "spin_coupling")).fits
     return made.truth["parameters"], drive_steps(series, fits, frozenset(), False)[0]
 

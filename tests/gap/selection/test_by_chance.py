@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.next_test.choice import LEAST_SEPARATION, TERMS, next_tests, rival_of
@@ -27,16 +26,14 @@ from analysis.gap.selection.null_distribution import (
     threshold,
 )
 from analysis.gap.thresholds import GAIN
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
+from tests.gap.conftest import brought
 
 
 @pytest.fixture(scope="module")
 def dragged(tmp_path_factory):
     """The ladder of four runs with air drag at its small size."""
     folder = Path(tmp_path_factory.mktemp("dragged")) / "series"
-    write_series(make_series("air_drag", 0.35, np.random.default_rng(31), runs=3, noise="white"), folder)
-    series, _ = load_series(read_series(folder), folder / "results")
+    series = brought(make_series("air_drag", 0.35, np.random.default_rng(31), runs=3, noise="white"), folder)
     return run_ladder(series, np.random.default_rng(0))
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.cause import EACH_RUN
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.covariates import run_columns
 from analysis.gap.tests_by_hand import unknown_test
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
+from tests.gap.conftest import brought
 
 EFFECTS = ("floor_friction", "spin_coupling")
 
@@ -21,8 +19,7 @@ EFFECTS = ("floor_friction", "spin_coupling")
 def left_at_impacts(folder, kind, size, seed, runs, noise="white"):
     """Coordinate and covariate of what is left of the impacts of the blind plant's series."""
     made = make_series(kind, size, np.random.default_rng(seed), runs=runs, noise=noise)
-    write_series(made, folder / "series")
-    series, _ = load_series(read_series(folder / "series"), folder / "results")
+    series = brought(made, folder / "series")
     flights = first_flights(series, EFFECTS)
     steps = select_impact_effects(flights, list(EFFECTS), frozenset(), False, np.random.default_rng(0))
     return {(one.coordinate, one.goes_with) for one in steps.structure}

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.estimates import LAW, estimated, value_of
@@ -15,17 +14,15 @@ from analysis.gap.page.figures.impacts import law_figure
 from analysis.gap.prediction.held_out_errors import held_out_errors
 from analysis.gap.prediction.how_far import how_far
 from analysis.gap.prediction.predict import predicted_impacts, stated_tangential
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
 from ovines.recording_schema import Nominal
+from tests.gap.conftest import brought
 
 
 @pytest.fixture(scope="module")
 def ladder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lasting")
     made = make_series("finite_contact_time", 1.1, np.random.default_rng(4), 4, "white", place=Place(drive="random"))
-    write_series(made, folder / "series")
-    series = load_series(read_series(folder / "series"), folder / "results")[0]
+    series = brought(made, folder / "series")
     return run_ladder(series, np.random.default_rng(0)), made
 
 

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.flights.equation.parameters import INDEX
@@ -24,15 +23,13 @@ from analysis.gap.selection.flight_steps import first_flights, select_flight_eff
 from analysis.gap.selection.unfitted_flights import outlying_flights, unexplained_misfit
 from analysis.gap.written_laws import write_laws
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
+from tests.gap.conftest import brought
 
 
 def series_of(folder, kind, size, seed, runs, noise, drive="sine"):
     """A series of the blind plant as the diagnosis reads it, and its truth."""
     made = make_series(kind, size, np.random.default_rng(seed), runs, noise, place=Place(drive=drive))
-    write_series(made, folder / "series")
-    return made, load_series(read_series(folder / "series"), folder / "results")[0]
+    return made, brought(made, folder / "series")
 
 
 def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_force(tmp_path):

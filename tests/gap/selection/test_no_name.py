@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import verdict_of
 from analysis.gap.ladder import run_ladder
@@ -17,8 +16,7 @@ from analysis.gap.selection.flights.missing_acceleration import COMPONENTS
 from analysis.gap.selection.left_in_flights import _best_pair
 from analysis.report.page import Page
 from analysis.statistics.gain import regress
-from ovines.pipeline.series.diagnosis import load_series
-from ovines.recording import read_series
+from tests.gap.conftest import brought
 
 #: kinds of one series, size, noise, runs -> stage of each kind, a word of what it goes with
 CASES = [
@@ -43,8 +41,7 @@ FIGURES = {"measurement": "gap-rigid", "flight": "gap-flights", "impact": "gap-i
 
 def ladder_of(folder, kind, size, noise, runs):
     """What a diagnosis finds: all that verdict and evidence are made of."""
-    write_series(make_series(kind, size, np.random.default_rng(51), runs=runs, noise=noise), folder)
-    series, _ = load_series(read_series(folder), folder / "results")
+    series = brought(make_series(kind, size, np.random.default_rng(51), runs=runs, noise=noise), folder)
     return run_ladder(series, np.random.default_rng(0))
 
 
