@@ -27,6 +27,7 @@ from analysis.blind.recording.markers import (
     flung,
     misread,
     on_the_board,
+    papered,
     played,
     risen,
     world_points,
@@ -223,7 +224,7 @@ def _one_run(
         poses = [
             blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
         ]
-    points = _points(motion, poses, times, outline.marks, errors)
+    points = _points(motion, poses, times, papered(outline.marks, run, errors), errors)
     shaking = shaking_of(times[0], motion.lines, motion.impacts[:, 0], motion.kicks, run, errors)
     tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaking)
     tracks["time_s"] *= place.slower

@@ -177,6 +177,13 @@ FLOOR_FRICTION = [
         changes({"breakaway": 0.6}),
         follows="whether the slip is slower than some speed",
     ),
+    # A wet film, whose suction what slides fast leaves behind.
+    Cause(
+        "unknown_sucked_disk",
+        "flight",
+        changes({"suction": 0.85}),
+        follows="one over one and the slip's speed",
+    ),
     # Friction whose junctions are the stronger the faster they are sheared.
     Cause(
         "unknown_strengthening_floor",

@@ -38,6 +38,13 @@ def _warming_bench(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"bench": most, "runs": BENCH_RUNS}
 
 
+def _damp_face(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """It rubs more or less than a dry one, and is wiped anew before each run."""
+    out = {"damp": 0.4 * size * spread(rng) * sign(rng), "damp_s": float(rng.uniform(0.3, 0.5))}
+    draft.plant.update(out)
+    return out
+
+
 def _gritty_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.plant["grit"] = 0.35 * size * spread(rng)
     draft.run_numbers["grit_draw"] = rng.random(runs)
@@ -109,6 +116,14 @@ def _wearing_middle(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 FLOOR_HISTORY = [
     # --- by what went before ---
+    # A washer whose face was wiped with something wet before each run, and that rubs itself dry.
+    Cause(
+        "unknown_damp_face",
+        "flight",
+        _damp_face,
+        follows="the time in the run, ever less, in the floor's friction",
+        rivals=("friction_drift",),
+    ),
     Cause("unknown_warming_floor", "flight", changes({"warming": 0.45})),
     # Each blow shakes off one grain of grit and picks up another.
     Cause("unknown_gritty_floor", "flight", _gritty_floor),

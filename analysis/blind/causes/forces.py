@@ -84,6 +84,24 @@ def _relevelled_table(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"levelled_x_m_per_s2": x, "levelled_y_m_per_s2": y, "from_run": float(first + 1)}
 
 
+def _glue_line(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Along any line that passes within 12 mm of the Host's centre."""
+    out = {"crossed_m_per_s2": 1.6 * size * spread(rng), "crossed_m": float(rng.uniform(-0.012, 0.012))}
+    draft.plant.update(out, crossed_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return out
+
+
+def _switched_blower(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Two to four times in a run; what switches it also starts the recordings."""
+    out = {
+        "blower_m_per_s2": 0.55 * size * spread(rng),
+        "blower_rad": float(rng.uniform(0.0, 2.0 * np.pi)),
+        "blower_rad_per_s": float(rng.uniform(10.0, 21.0)),
+    }
+    draft.plant.update(out)
+    return out
+
+
 def _kinked_sheet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A roof or a valley, along any line that passes within 12 mm of the Host's centre."""
     out = {"kink_m_per_s2": 0.5 * size * spread(rng) * sign(rng), "kink_m": float(rng.uniform(-0.012, 0.012))}
@@ -145,6 +163,13 @@ FORCES = [
         "flight",
         _kinked_sheet,
         follows="on which side of a line of the Host's floor the disk is",
+    ),
+    # A line of dried glue across the floor.
+    Cause(
+        "unknown_glue_line",
+        "flight",
+        _glue_line,
+        follows="the place near a line of the Host's floor, against the speed across it",
     ),
     # A floor of two plates, of which one stands a millimetre higher.
     Cause(
@@ -261,6 +286,14 @@ FORCES = [
         changes({"fan_per_m": 0.04}, ("fan_rad",)),
         follows="the velocity against air that moves through the room, with its square",
         rivals=("air_drag",),
+    ),
+    # A blower that switches itself on and off.
+    Cause(
+        "unknown_switched_blower",
+        "flight",
+        _switched_blower,
+        follows="the time in the run, on and off by even beats, along one direction of the room",
+        rivals=("table_tilt",),
     ),
     # A sticker of the disk that has folded up.
     Cause(

@@ -198,6 +198,14 @@ GEOMETRY = [
     Cause("unknown_oval_disk", "geometry", _oval_disk, round_only=True),
     Cause("unknown_lobed_disk", "geometry", changes({"trilobe": 0.004}, ("trilobe_rad",)), round_only=True),
     Cause("unknown_chipped_disk", "geometry", changes({"chip_m": 7e-4}, ("chip_rad",)), round_only=True),
+    # A washer whose edge was chamfered along one side.
+    Cause(
+        "unknown_chamfered_side",
+        "geometry",
+        changes({"chamfer_m": 3.6e-4}, ("chamfer_rad",)),
+        follows="whether the place on the disk's rim that is struck lies along one side of it",
+        round_only=True,
+    ),
     # A sleeve on the washer's rim that is thicker at one side.
     Cause("unknown_eccentric_tyre", "geometry", changes({"tyre_m": 4e-4}, ("tyre_rad",))),
     # Tape around the rim, whose end lies on its beginning.

@@ -398,4 +398,21 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_creeping_sticker",
         "unknown_eccentric_print",
     ),
+    # what an experienced experimenter supposes at such a bench, listed anew before the plant was read and drawn by lot
+    "supposed": (
+        "unknown_glue_line",
+        "unknown_damp_face",
+        "unknown_sucked_disk",
+        "unknown_switched_blower",
+        "unknown_greased_sector",
+        "unknown_moist_wall",
+        "unknown_hammered_liner",
+        "unknown_giving_screws",
+        "unknown_climbing_disk",
+        "unknown_chamfered_side",
+        "unknown_raised_card",
+        "unknown_shallow_focus",
+        "unknown_rounded_pixels",
+        "unknown_swelling_paper",
+    ),
 }

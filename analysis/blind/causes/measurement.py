@@ -40,6 +40,13 @@ def _eccentric_print(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"reading_rad": draft.view["reading_rad"], "angle_rad": draft.view["reading_at_rad"]}
 
 
+def _swelling_paper(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as much too small at first as too large at last."""
+    most = 0.0035 * size * spread(rng)
+    draft.view.update(paper=tuple((most * np.linspace(-1.0, 1.0, runs)).tolist()))
+    return {"paper": most}
+
+
 def _rubbery_card(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """So slow that each of its swings is in several frames."""
     draft.view.update(card_s=1.35e-3 * size * spread(rng), card_hz=float(rng.uniform(25.0, 60.0)))
@@ -244,6 +251,20 @@ MEASUREMENT = [
         _eccentric_print,
         follows="the disk's angle once around, in the angle itself",
     ),
+    # The disk's markers are on a thick card, and the board lay below it.
+    Cause(
+        "unknown_raised_card",
+        "measurement",
+        seen("raised_m", 3.8e-4),
+        follows="which camera sees the disk's markers, to its own side, always as much",
+    ),
+    # The Host's markers are printed on one sheet of paper, which swells.
+    Cause(
+        "unknown_swelling_paper",
+        "measurement",
+        _swelling_paper,
+        follows="the number of the run, in the way of the Host's markers from their middle",
+    ),
     # The disk's markers are on a card that is not level.
     Cause(
         "unknown_leaning_card",
@@ -386,6 +407,20 @@ MEASUREMENT = [
         "measurement",
         seen("refocused_px", 1.0),
         follows="the third power of the place in one camera's picture",
+    ),
+    # Lenses that are sharp in the middle of their pictures only.
+    Cause(
+        "unknown_shallow_focus",
+        "measurement",
+        seen("unfocused_px", 0.8),
+        follows="the distance from the picture's middle, in the markers' scatter",
+    ),
+    # A table of tracks whose numbers were rounded.
+    Cause(
+        "unknown_rounded_pixels",
+        "measurement",
+        seen("rounded_px", 1.8),
+        follows="the place in the picture, once in each of its steps",
     ),
     # A lens that was knocked after its calibration.
     Cause(

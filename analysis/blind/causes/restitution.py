@@ -50,6 +50,20 @@ def _warmed_up_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"warmed_up": most, "runs": WARM_RUNS}
 
 
+def _giving_screws(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """From a speed on that half of the blows have, about."""
+    out = {"giving_s_per_m": 0.06 * size * spread(rng), "giving_m_per_s": float(rng.uniform(0.9, 1.2))}
+    draft.plant.update(out)
+    return out
+
+
+def _climbing_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """From a speed on that half of the blows have, about."""
+    out = {"climbing": 0.26 * size * spread(rng), "climbing_m_per_s": float(rng.uniform(1.0, 1.4))}
+    draft.plant.update(out)
+    return out
+
+
 def _backed_screw(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Evenly from run to run, as much harder than on the mean at first as softer at last."""
     most = 0.2 * size * spread(rng)
@@ -164,6 +178,22 @@ RESTITUTION = [
         follows="one over one and the approach speed",
         rivals=("speed_dependent_restitution",),
     ),
+    # Screws that hold the ring up to a speed, and give beyond it.
+    Cause(
+        "unknown_giving_screws",
+        "impact",
+        _giving_screws,
+        follows="what the approach speed has beyond some speed, evenly",
+        rivals=("speed_dependent_restitution",),
+    ),
+    # A disk that hard blows make climb up the wall.
+    Cause(
+        "unknown_climbing_disk",
+        "impact",
+        _climbing_disk,
+        follows="whether the approach speed is above some speed",
+        rivals=("speed_dependent_restitution",),
+    ),
     # A washer that yields in hard blows only.
     Cause(
         "unknown_yield_speed",
@@ -197,6 +227,14 @@ RESTITUTION = [
     Cause("unknown_ageing_restitution", "impact", changes({"ageing_per_s": 0.35})),
     Cause("unknown_restless_restitution", "impact", changes({"rest_amplitude": 0.2})),
     Cause("unknown_damaged_wall", "impact", changes({"damage": 0.12})),
+    # A soft liner that each blow dents, turned to a fresh side before each run.
+    Cause(
+        "unknown_hammered_liner",
+        "impact",
+        changes({"hammered": 0.06}),
+        follows="how many blows the struck place of the wall has had",
+        rivals=("restitution_drift",),
+    ),
     # Screws that blows loosen, and that are tightened before each run.
     Cause(
         "unknown_loosening_screws",

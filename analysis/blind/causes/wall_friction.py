@@ -11,6 +11,26 @@ def _slipping_band(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"band_m_per_s": draft.plant["band_m_per_s"]}
 
 
+def _moist_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Standard normal from run to run, of mean 0 and standard deviation 1 over the series; of one run either side."""
+    most = 0.5 * size * spread(rng)
+    drawn = rng.normal(size=runs)
+    off = drawn - drawn.mean()
+    draft.run_numbers.update(moist=most * (off / off.std() if runs > 1 else np.sign(drawn)))
+    return {"moist": most}
+
+
+def _greased_sector(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """A third of the wall or somewhat more, anywhere."""
+    out = {
+        "sector": 0.95 * size * spread(rng),
+        "sector_rad": float(rng.uniform(0.0, 2.0 * np.pi)),
+        "sector_half_rad": float(rng.uniform(1.0, 1.3)),
+    }
+    draft.plant.update(out)
+    return out
+
+
 def _wiped_rim(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Before half of the runs, whichever."""
     most = 0.55 * size * spread(rng)
@@ -131,6 +151,17 @@ WALL_FRICTION = [
     ),
     # A rim that is wiped before some of the runs.
     Cause("unknown_wiped_rim", "impact", _wiped_rim, follows="the number of the run, in no order"),
+    # A wall whose friction the air's moisture changes from run to run.
+    Cause(
+        "unknown_moist_wall", "impact", _moist_wall, follows="the number of the run, by chance, where the disk slips"
+    ),
+    # A wall with grease along one sector of it.
+    Cause(
+        "unknown_greased_sector",
+        "impact",
+        _greased_sector,
+        follows="whether the azimuth of the blow is in one sector, where the disk slips",
+    ),
     # A wall ground from one side to the other, its scales all lying towards there.
     Cause(
         "unknown_scaly_wall",

@@ -29,4 +29,6 @@ THERE_X, THERE_Y = 35, 36  # ... and in the one before
 LEFT = 37  # speed over the Host's floor with which the last impact has left the disk (m/s), of one that planes
 BLOWS = 38  # impacts so far that were no mere touch
 HEAT = 39  # energy per unit mass that a disk which blows heat has taken up in them so far (m^2/s^2)
-STATES = 40
+DENTS = 40  # how many blows each sector of the wall has had so far, where they dent it
+SECTORS = 8  # of the wall: 3 cm each, over which a soft liner gives way where the disk strikes it
+STATES = DENTS + SECTORS

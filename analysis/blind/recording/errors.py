@@ -46,6 +46,7 @@ class ViewErrors:
     slipped_m: tuple[float, float] = (0.0, 0.0)  # a NES marker moves by this much half-way through each run
     creeping_m: tuple[float, float] = (0.0, 0.0)  # a sticker of the disk moves by this much with each blow, on it ...
     creeping_marker: int = 1  # ... this one, the middle one being 0
+    paper: tuple[float, ...] = ()  # of each run: the Host's markers lie farther from its middle by this share
     tab_m: float = 0.0  # a marker of the Host stays back by this much at 8 g of it ...
     tab_marker: int = 0  # ... this one
     flung_m: float = 0.0  # a sticker of the disk is flung outwards by at most this ...
@@ -56,6 +57,7 @@ class ViewErrors:
     card_play_rad: float = 0.0  # the disk's markers lie turned by this to the side that the last blow has left them at
     reading_rad: float = 0.0  # the disk's markers lie turned by this times the sine of its angle ...
     reading_at_rad: float = 0.0  # ... from this one on
+    raised_m: float = 0.0  # the disk's markers stand higher by this than the board lay
     card_lean_rad: float = 0.0  # the card with the disk's markers leans by this much ...
     card_rad: float = 0.0  # ... towards this direction of the disk, where it stands the highest
     blur_s: float = 0.0  # each body's place and angle scatter by the way (turn) of this time
@@ -118,4 +120,8 @@ class ViewErrors:
     knocked_px: float = 0.0  # the first camera's lens is off its axis: by three times this 300 px from the middle ...
     knocked_rad: float = 0.0  # ... in this direction of the picture
     smoothed: float = 0.0  # share that a mean over some frames has in where markers are found
+    unfocused_px: float = (
+        0.0  # both cameras' markers scatter by this 300 px from the picture's middle, evenly less nearer
+    )
+    rounded_px: float = 0.0  # markers are written down in steps of this
     blocked_px: float = 0.0  # markers are drawn to the middles of the picture's blocks by at most this

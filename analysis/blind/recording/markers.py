@@ -1,7 +1,7 @@
 """Where the markers are in the room: glued with errors, slipped, on a tab, on a card, with play, flung; and found where
 the bodies blur."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -97,12 +97,22 @@ def on_the_board(points_m: Floats, errors: ViewErrors) -> Floats:
 
 def leaning(nes_m: Floats, errors: ViewErrors) -> Floats:
     """The disk's markers (n, 3, in the disk) on a card that was not pressed on evenly: each stands higher by
-    `card_lean_rad` times its place along `card_rad`."""
-    if errors.card_lean_rad == 0.0:
+    `card_lean_rad` times its place along `card_rad`; and all on a thick one, higher by `raised_m`."""
+    if errors.card_lean_rad == 0.0 and errors.raised_m == 0.0:
         return nes_m
     out = nes_m.copy()
     out[:, 2] += errors.card_lean_rad * nes_m[:, :2] @ np.array([np.cos(errors.card_rad), np.sin(errors.card_rad)])
+    out[:, 2] += errors.raised_m
     return out
+
+
+def papered(marks: Marks, run: int, errors: ViewErrors) -> Marks:
+    """The markers in `run` where the Host's are printed on one sheet of paper, which swells in damp air: farther from
+    its middle by the share `paper`, the run's own."""
+    if not errors.paper:
+        return marks
+    wider = np.array([1.0 + errors.paper[run], 1.0 + errors.paper[run], 1.0])
+    return replace(marks, host_m=marks.host_m * wider)
 
 
 def bent_m(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:

@@ -14,8 +14,10 @@ from analysis.blind.recording.picture import (
     by_the_second_camera,
     hazed,
     read_out,
+    rounded,
     smoothed,
     stuttered,
+    unfocused,
 )
 from analysis.blind.recording.views import MARKERS, View
 
@@ -40,6 +42,7 @@ def tracks_of(
         if index == 1:
             pixels = by_the_second_camera(pixels, view, errors, shaking)
         pixels = smoothed(read_out(pixels, view, frame_rate_hz, errors), errors)
+        pixels = unfocused(pixels, view, errors, rng)
         pixels = pixels + draw_errors(pixels.shape, noise, rng)
         pixels[..., 0] += draw_outliers(pixels.shape[:2], noise, rng)
         if index == 0 and errors.stutter_share > 0.0:
@@ -47,7 +50,7 @@ def tracks_of(
         pixels -= view.window_offset_px
         if errors.window_camera == index:
             pixels -= errors.window_px
-        pixels = blocked(pixels, errors)
+        pixels = rounded(blocked(pixels, errors), errors)
         parts.append(_table(pixels, draw_missing(pixels, noise, rng), frame_rate_hz, view, noise))
     return pd.concat(parts, ignore_index=True).sort_values(["frame", "camera", "marker"], ignore_index=True)
 

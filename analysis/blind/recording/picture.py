@@ -245,6 +245,24 @@ def blocked(pixels: Floats, errors: ViewErrors) -> Floats:
     return pixels - errors.blocked_px * np.sin(2.0 * np.pi * pixels / BLOCK_PX)
 
 
+def rounded(pixels: Floats, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) as a table has them whose numbers were rounded: to whole steps of `rounded_px`."""
+    if errors.rounded_px == 0.0:
+        return pixels
+    return np.round(pixels / errors.rounded_px) * errors.rounded_px
+
+
+def unfocused(pixels: Floats, view: View, errors: ViewErrors, rng: np.random.Generator) -> Floats:
+    """Pixels (frames, markers, 2) of a lens that is sharp in the picture's middle only: markers scatter by
+    `unfocused_px` r / `REFOCUS_PX`, r from there; by a generator beside `rng`, which leaves its own chances as they
+    are."""
+    if errors.unfocused_px == 0.0:
+        return pixels
+    (beside,) = rng.spawn(1)
+    away = np.linalg.norm(pixels - view.centre_px, axis=-1, keepdims=True) / REFOCUS_PX
+    return pixels + errors.unfocused_px * away * beside.standard_normal(pixels.shape)
+
+
 def smoothed(pixels: Floats, errors: ViewErrors) -> Floats:
     """Pixels (frames, markers, 2) as a tracker finds them that smooths its tracks: a share `smoothed` of each is the
     mean over the frame and `SMOOTHED_FRAMES` to either side, its first and last frames standing for those beyond."""

@@ -10,6 +10,7 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, SPIN, VX, VY
 
 JET_M = 0.018  # between two holes of an air table: somewhat less than the disk is wide
+SWITCHED = 0.05  # of a sine, within which a blower runs up or down: no step for the integrator
 CUSHION_M = 0.008  # from the wall, within which the air between it and the disk falls off
 
 
@@ -22,7 +23,7 @@ def drag_rate(vx: float, vy: float, p: PlantParameters) -> float:
 @inlined
 def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
     """All that comes beside the plain drag."""
-    _add_room(at.state, p, out)
+    _add_room(at.time, at.state, p, out)
     _add_sail(at.state, p, out)
     _add_stream(at, p, out)
     _add_host(at, p, out)
@@ -31,7 +32,7 @@ def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
 
 
 @inlined
-def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
+def _add_room(time: float, state: Floats, p: PlantParameters, out: Floats) -> None:
     """Air of the room: across the way of a spinning disk, with the third power of the speed, along a rail.
 
     Of air that flows past the disk in layers, too slowly for eddies, the drag goes with the power 3/2 of the speed:
@@ -39,6 +40,8 @@ def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
 
     A fan, of an amplifier or a lamp, blows it past the rig at `fan_m_per_s` towards `fan_rad`: the drag is `fan_per_m`
     |u| u, u the disk's velocity against that.
+    A blower that switches itself on and off, on with the recording, pushes the disk by `blower_m_per_s2` towards
+    `blower_rad` while sin(`blower_rad_per_s` t) is above 0, t the `time` in the run.
     """
     vx, vy = state[VX], state[VY]
     out[VX] -= p.magnus * state[SPIN] * vy
@@ -56,6 +59,11 @@ def _add_room(state: Floats, p: PlantParameters, out: Floats) -> None:
         rate = p.fan_per_m * np.sqrt(ux * ux + uy * uy)
         out[VX] -= rate * ux
         out[VY] -= rate * uy
+    if p.blower_m_per_s2 != 0.0:
+        swing = np.sin(p.blower_rad_per_s * time)
+        push = p.blower_m_per_s2 * 0.5 * (1.0 + np.tanh(swing / SWITCHED))
+        out[VX] += push * np.cos(p.blower_rad)
+        out[VY] += push * np.sin(p.blower_rad)
     if p.rail_per_s != 0.0:
         a, b = np.cos(p.rail_rad), np.sin(p.rail_rad)
         along = p.rail_per_s * (a * vx + b * vy)

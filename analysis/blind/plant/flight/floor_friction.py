@@ -52,6 +52,7 @@ DEBRIS_M = 0.03  # way on which most of what a blow has knocked loose is left be
 AGE_S = 0.05  # in which contacts of a disk at rest would gain most of their strength: a flight
 AGE_M = 0.02  # way on which they are broken and made anew
 BEADS_M = 0.03  # way on which beads turn to the disk's new direction: half of a flight
+SUCTION_M_PER_S = 0.3  # slip at which half of a wet film's suction is left
 BREAK_M_PER_S = 0.1  # of the slip's speed, within which a disk breaks away: no step for the integrator
 STRONGER_M_PER_S, CREEP_M_PER_S = 0.7, 0.05  # speed at which friction is what it is; below which it falls no more
 
@@ -193,6 +194,7 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     Stribeck: what creeps is held more than what runs, 1 + `stribeck` exp(-speed / `stribeck_m_per_s`).
     A film of oil carries what runs, and what creeps touches through it: 1 + `mixed` exp(-(speed / `mixed_m_per_s`)^2).
     Friction of rest is more than of sliding: 1 + `breakaway` below `breakaway_m_per_s`.
+    A wet film draws down what slides over it slowly: 1 + `suction` / (1 + speed / `SUCTION_M_PER_S`).
     Junctions that are sheared fast are stronger: 1 + `strengthening` log((speed + `CREEP_M_PER_S`) /
     `STRONGER_M_PER_S`).
     """
@@ -211,6 +213,8 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     if p.breakaway != 0.0:
         off = (np.sqrt(at.slip_x**2 + at.slip_y**2) - p.breakaway_m_per_s) / BREAK_M_PER_S
         share *= 1.0 + p.breakaway * 0.5 * (1.0 - np.tanh(off))
+    if p.suction != 0.0:
+        share *= 1.0 + p.suction / (1.0 + np.sqrt(at.slip_x**2 + at.slip_y**2) / SUCTION_M_PER_S)
     if p.strengthening != 0.0:
         speed = np.sqrt(at.slip_x**2 + at.slip_y**2) + CREEP_M_PER_S
         share *= max(1.0 + p.strengthening * np.log(speed / STRONGER_M_PER_S), 0.0)
@@ -282,6 +286,7 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     share of that way since then.
     The washer is put in by hand before each run, its ground face down or its rolled one: 1 + `turned`, the run's own.
     The air of the room is more and less humid in the course of a day: 1 + `humid`, the run's own.
+    The washer's face is damp as a run begins, and rubs itself dry: 1 + `damp` exp(-t / `damp_s`), t the run's time.
     The bench warms in the course of a day: 1 + `bench`, the run's own.
     Blows glaze what slides, and the floor holds it less and less: exp(-`glazed` n), n the blows before; or they strew
     grit, and it is held more and more: 1 + `strewn` n.
@@ -310,6 +315,8 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     share *= 1.0 + p.turned
     if p.humid != 0.0:
         share *= max(1.0 + p.humid, 0.0)
+    if p.damp != 0.0:
+        share *= max(1.0 + p.damp * np.exp(-max(at.time, 0.0) / p.damp_s), 0.0)
     if p.bench != 0.0:
         share *= max(1.0 + p.bench, 0.0)
     if p.glazed != 0.0:

@@ -1,5 +1,5 @@
-"""Forces of a floor that is not level, or not at rest: slopes fixed in the Host, a table that leans, sways or is
-struck, a Host that tilts as it moves."""
+"""Forces of a floor that is not level, or not at rest: slopes fixed in the Host, a line that takes energy, a table that
+leans, sways or is struck, a Host that tilts as it moves."""
 
 import numpy as np
 
@@ -14,6 +14,8 @@ KINK_M = 0.006  # from a kink's line, within which the disk leans from one half 
 NODES_M = 0.02  # from one nodal circle of a floor to the next
 NODES_EDGE_M = 0.003  # from the Host's centre, within which circles around it have no direction
 CONE_M = 0.002  # from the Host's centre, within which a cone is rounded off
+CROSSED_M = 0.004  # from a line of dried glue, within which the disk's edge scrapes over it
+CROSSED_M_PER_S = 0.05  # speed across it from which on it holds back the whole way: no step for the integrator
 RIDGE_M = 0.004  # from a ridge's line to where it is steepest
 GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the whole way
 
@@ -28,6 +30,7 @@ def add_slopes(at: Instant, p: PlantParameters, out: Floats) -> None:
     out[VX] += p.levelled_x_m_per_s2
     out[VY] += p.levelled_y_m_per_s2
     _add_shape(at, p, out)
+    _add_line(at, p, out)
     _add_table(at.time, p, out)
     _add_tilting_host(at, p, out)
 
@@ -83,6 +86,21 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
         a, b = np.cos(p.ridge_rad), np.sin(p.ridge_rad)
         across = (a * x + b * y - p.ridge_m) / RIDGE_M
         _add_along(p.ridge_m_per_s2 * across * np.exp(0.5 - 0.5 * across**2), p.ridge_rad, out)
+
+
+@inlined
+def _add_line(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """A line of dried glue takes the same energy of every crossing, whichever way and however fast.
+
+    Against the speed u across it acts `crossed_m_per_s2` exp(-(s - `crossed_m`)^2 / (2 `CROSSED_M`^2)) tanh(u /
+    `CROSSED_M_PER_S`), s the place along `crossed_rad` from the Host's centre and u its rate: sqrt(2 pi) `CROSSED_M`
+    times as much per unit mass is lost.
+    """
+    if p.crossed_m_per_s2 != 0.0:
+        a, b = np.cos(p.crossed_rad), np.sin(p.crossed_rad)
+        off, across = (a * at.x + b * at.y - p.crossed_m) / CROSSED_M, a * at.rate_x + b * at.rate_y
+        held = p.crossed_m_per_s2 * np.exp(-0.5 * off**2) * np.tanh(across / CROSSED_M_PER_S)
+        _add_along(-held, p.crossed_rad, out)
 
 
 @inlined

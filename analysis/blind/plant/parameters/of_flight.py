@@ -88,6 +88,7 @@ class FlightParameters:
     mixed_m_per_s: float = 1.3
     breakaway: float = 0.0  # floor friction more by this share at speeds below breakaway_m_per_s
     breakaway_m_per_s: float = 1.0
+    suction: float = 0.0  # floor friction more by this share at rest, less with one over one and the speed
     strengthening: float = 0.0  # floor friction more by this share where the speed is e times as much
     chatter: float = 0.0  # share of the floor friction lost at slips near chatter_m_per_s
     chatter_m_per_s: float = 0.7
@@ -130,6 +131,8 @@ class FlightParameters:
     cleaned: float = 0.0  # of each run: floor friction more by this share
     turned: float = 0.0  # of each run: floor friction more by this share
     humid: float = 0.0  # of each run: floor friction more by this share
+    damp: float = 0.0  # floor friction more by this share as a run begins ...
+    damp_s: float = 0.4  # ... and less by two thirds of it after this
     bench: float = 0.0  # of each run: floor friction more by this share
     glazed: float = 0.0  # floor friction times e to minus this times the blows of the run so far
     strewn: float = 0.0  # floor friction more by this share with each blow of a run
@@ -172,6 +175,9 @@ class FlightParameters:
     )
     plates_m: float = 0.0  # ... this far from the Host's centre ...
     plates_rad: float = 0.0  # ... in this direction, where the higher one lies
+    crossed_m_per_s2: float = 0.0  # what crosses a line of the Host's floor is held back by at most this ...
+    crossed_m: float = 0.0  # ... this far from the Host's centre ...
+    crossed_rad: float = 0.0  # ... in this direction
     ridge_m_per_s2: float = 0.0  # along a line of the Host's floor
     ridge_m: float = 0.0
     ridge_rad: float = 0.0
@@ -217,6 +223,9 @@ class FlightParameters:
     fan_per_m: float = 0.0  # drag with the square of the speed against air that a fan blows through the room ...
     fan_m_per_s: float = 2.5  # ... this fast ...
     fan_rad: float = 0.0  # ... in this direction
+    blower_m_per_s2: float = 0.0  # a blower pushes the disk by this while it is on ...
+    blower_rad: float = 0.0  # ... in this direction ...
+    blower_rad_per_s: float = 16.0  # ... on and off at this rate, from a run's beginning
     magnus: float = 0.0
     stream_per_s: float = 0.0  # a stream of air along a line across the ring
     stream_m_per_s: float = 0.8

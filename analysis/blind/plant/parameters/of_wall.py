@@ -44,6 +44,8 @@ class WallParameters:
     trilobe_rad: float = 0.0
     chip_m: float = 0.0  # a piece of the disk's rim is missing, this deep
     chip_rad: float = 0.0
+    chamfer_m: float = 0.0  # the disk's radius is less by this along one side of its rim ...
+    chamfer_rad: float = 0.0  # ... whose middle is here
     tyre_m: float = 0.0  # from the disk's middle to that of its rim
     tyre_rad: float = 0.0
     lap_m: float = 0.0  # tape around the rim, its end this much higher than its beginning, to either side of the mean
@@ -144,6 +146,10 @@ class WallParameters:
     viscoelastic: float = 0.0  # restitution less in hard blows and more in light ones, with the fifth root of the speed
     dashpot_s_per_m: float = 0.0  # restitution divided by one and this times the approach
     yielded: float = 0.0  # power of the approach with which restitution falls where the blow makes metal yield
+    giving_s_per_m: float = 0.0  # restitution lost per approach beyond giving_m_per_s
+    giving_m_per_s: float = 1.0
+    climbing: float = 0.0  # share of a rebound's energy lost in blows harder than climbing_m_per_s
+    climbing_m_per_s: float = 1.2
     plastic: float = 0.0  # restitution less in hard blows and more in light ones, with the fourth root of the approach
     wetted_m_per_s: float = 0.0  # speed that the wall's film takes of a blow's approach
     adhesion_m_per_s: float = 0.0  # the wall keeps the energy of this speed in each impact
@@ -154,6 +160,7 @@ class WallParameters:
     bruise: float = 0.0  # restitution lost where the wall was hit the last time
     damage: float = 0.0  # restitution lost for good after a blow harder than damage_m_per_s
     damage_m_per_s: float = 1.6
+    hammered: float = 0.0  # restitution lost with each blow before at the same place of the wall
     loosened: float = 0.0  # share of the restitution lost after many blows of a run
     heated: float = 0.0  # share of the restitution lost once blows have heated the disk well
     two_edges: float = 0.0  # restitution more and less in turn, from impact to impact
@@ -198,6 +205,9 @@ class WallParameters:
     wall_friction_lobes: float = 1.0
     tacky: float = 0.0  # wall friction more by this share in a spot of the wall
     tacky_rad: float = 0.0
+    sector: float = 0.0  # share of the wall friction lost along a sector of the wall ...
+    sector_rad: float = 0.0  # ... whose middle is here ...
+    sector_half_rad: float = 0.9  # ... and whose ends are this far from it
     glued: float = 0.0  # wall friction more and less once around the disk's rim
     glued_rad: float = 0.0
     ground: float = 0.0  # wall friction less by this share where one place of the disk's rim strikes
@@ -224,6 +234,7 @@ class WallParameters:
     sloshing: float = 0.0  # wall friction more where the Host is accelerated away from the disk, less opposite, at 8 g
     sintered: float = 0.0  # share of the wall friction lost after a hard blow
     shaken: float = 0.0  # share of the wall friction lost at 8 g of the Host, whichever way
+    moist: float = 0.0  # of each run: wall friction more by this share
     wiped: float = 0.0  # of each run: wall friction more by this share
     fouled: float = 0.0  # of each run: wall friction more by this share
     cleaned_wall: float = 0.0  # of each run: wall friction more by this share

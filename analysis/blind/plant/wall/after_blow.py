@@ -8,6 +8,7 @@ from analysis.blind.plant.state import (
     APPROACH,
     AZIMUTH,
     BLOWS,
+    DENTS,
     HARDEST,
     HEAT,
     HERE_X,
@@ -29,6 +30,7 @@ from analysis.blind.plant.state import (
 )
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.motion import swing, tiredness
+from analysis.blind.plant.wall.restitution import struck_sector
 
 TOUCH_M_PER_S = 0.3  # approach of an impact that is a mere touch: of a disk that comes to rest at the wall
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
@@ -87,6 +89,8 @@ def remember(
         new[THERE_X], new[THERE_Y] = state[HERE_X], state[HERE_Y]
         new[HERE_X], new[HERE_Y] = blow.middle_x, blow.middle_y
         remember_swing(new, state, blow.time, p)
+        if p.hammered != 0.0 and blow.approach > TOUCH_M_PER_S:
+            new[DENTS + struck_sector(blow.azimuth)] += 1.0
         if p.heated != 0.0:
             new[HEAT] = state[HEAT] + taken(blow, push_n, push_t, p)
         if p.nodding != 0.0:

@@ -75,10 +75,10 @@ def contact_velocity(
     rim_x, rim_y = rim_middle(state[ANGLE], state[SPIN], p)
     arm_x = p.disk_radius_m * nx - (cosine * p.mass_x_m - sine * p.mass_y_m) + rim_x
     arm_y = p.disk_radius_m * ny - (sine * p.mass_x_m + cosine * p.mass_y_m) + rim_y
-    # At a chip's flank or a tape's end the contact lies beside the normal through the disk's middle; a cylinder meets
-    # the disk below its tape.
+    # At a chip's flank, a chamfer's end or a tape's the contact lies beside the normal through the disk's middle; a
+    # cylinder meets the disk below its tape.
     outer = (state[X] - position[0]) * nx + (state[Y] - position[1]) * ny > 0.0
-    if p.chip_m != 0.0 or ((p.lap_m != 0.0 or p.peeling_m != 0.0) and outer):
+    if p.chip_m != 0.0 or ((p.lap_m != 0.0 or p.peeling_m != 0.0 or p.chamfer_m != 0.0) and outer):
         from_x = state[X] + arm_x - p.disk_radius_m * nx - position[0]
         from_y = state[Y] + arm_y - p.disk_radius_m * ny - position[1]
         beside = -rim_reach(np.arctan2(from_y, from_x), state[ANGLE], p)[1]

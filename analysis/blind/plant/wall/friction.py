@@ -47,6 +47,7 @@ def _by_place(blow: Blow, p: PlantParameters) -> float:
     A wall ground from one side to the other has scales that all lie towards there, clockwise along one half of it and
     counterclockwise along the other: 1 + `scaly` tanh(slip / `SCALE_M_PER_S`) sin(`scaly_rad` - the normal's
     direction).
+    Grease lies along one sector of the wall: times 1 - `sector` within `sector_half_rad` of `sector_rad`.
     A washer's burr was ground off at one place of its rim: 1 - `ground`, less and less to either side of `ground_rad`
     like a bell of `GROUND_RAD`.
     Years of blows have worn the wall smooth at both ends of the drive's axis, x: 1 - `worn_ends` cos 2 azimuth.
@@ -59,6 +60,10 @@ def _by_place(blow: Blow, p: PlantParameters) -> float:
     if p.scaly != 0.0:
         towards = np.tanh(blow.slip / SCALE_M_PER_S) * np.sin(p.scaly_rad - blow.normal_rad)
         share *= max(1.0 + p.scaly * towards, LEAST_FRICTION)
+    if p.sector != 0.0:
+        off = blow.azimuth - p.sector_rad
+        if abs(np.arctan2(np.sin(off), np.cos(off))) < p.sector_half_rad:
+            share *= max(1.0 - p.sector, LEAST_FRICTION)
     if p.ground != 0.0:
         off = blow.rim_rad - p.ground_rad
         smooth = p.ground * np.exp(-0.5 * (np.arctan2(np.sin(off), np.cos(off)) / GROUND_RAD) ** 2)
@@ -136,6 +141,7 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
     `SINTER_M_PER_S`^2), v the last blow's approach; before any it is dry.
     The rim is wiped with alcohol before some of the runs, and touched by hand before the others: 1 + `wiped`, the run's
     own.
+    The air is damp in some runs and dry in others: 1 + `moist`, the run's own.
     Wear of the disk fouls the wall from run to run: 1 + `fouled`, the run's own.
     The wall is cleaned once between two runs: 1 + `cleaned_wall`, the run's own.
     A wall that was roughened before each run is run in blow by blow: 1 - `run_in` (1 - exp(-n / `RUN_IN_BLOWS`)), n the
@@ -155,6 +161,8 @@ def _by_time(blow: Blow, state: Floats, p: PlantParameters) -> float:
         share *= max(1.0 - p.sintered * square / (square + SINTER_M_PER_S**2), LEAST_FRICTION)
     if p.wiped != 0.0:
         share *= max(1.0 + p.wiped, LEAST_FRICTION)
+    if p.moist != 0.0:
+        share *= max(1.0 + p.moist, LEAST_FRICTION)
     if p.fouled != 0.0:
         share *= max(1.0 + p.fouled, LEAST_FRICTION)
     if p.cleaned_wall != 0.0:

@@ -6,7 +6,20 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import AZIMUTH, COUNT, HARDEST, HEAT, IMPACT_S, NORMAL, SPIN, STRUCK, WAY, WAY_BEFORE
+from analysis.blind.plant.state import (
+    AZIMUTH,
+    COUNT,
+    DENTS,
+    HARDEST,
+    HEAT,
+    IMPACT_S,
+    NORMAL,
+    SECTORS,
+    SPIN,
+    STRUCK,
+    WAY,
+    WAY_BEFORE,
+)
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.motion import tiredness
 
@@ -152,6 +165,9 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
     A wall returns the less the harder the blow, evenly: `straight_s_per_m` (approach - `STRAIGHT_M_PER_S`) is lost.
     What is viscoelastic loses with the fifth root of the approach: `viscoelastic` (approach^(1/5) -
     `FIFTH_M_PER_S`^(1/5)), of touches as at `TOUCH_M_PER_S`.
+    Screws that give in hard blows: `giving_s_per_m` times what the approach has beyond `giving_m_per_s` is lost.
+    A disk climbs up the wall in hard blows, and the share `climbing` of its rebound's energy goes upwards: times
+    sqrt(1 - `climbing`) where the approach is above `climbing_m_per_s`.
     A spring with a dashpot that grows with its way returns 1 / (1 + a approach), a `dashpot_s_per_m`: over what it is
     at `DASHPOT_M_PER_S`.
     Beyond `YIELD_M_PER_S` metal yields: times (`YIELD_M_PER_S` / approach)^`yielded`, a quarter in the textbooks.
@@ -166,6 +182,10 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
     if p.viscoelastic != 0.0:
         root = max(blow.approach, TOUCH_M_PER_S) ** 0.2
         value = _raised(value, -p.viscoelastic * (root - FIFTH_M_PER_S**0.2))
+    if p.giving_s_per_m != 0.0:
+        value = _raised(value, -p.giving_s_per_m * max(blow.approach - p.giving_m_per_s, 0.0))
+    if p.climbing != 0.0 and blow.approach > p.climbing_m_per_s:
+        value *= np.sqrt(max(1.0 - p.climbing, 0.0))
     if p.dashpot_s_per_m != 0.0:
         share = (1.0 + p.dashpot_s_per_m * DASHPOT_M_PER_S) / (1.0 + p.dashpot_s_per_m * blow.approach)
         value = _times(value, share)
@@ -175,6 +195,12 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
         root = min((PLASTIC_M_PER_S / (blow.approach + 1e-300)) ** 0.25, PLASTIC_MOST)
         value = _times(value, max(1.0 + p.plastic * (root - 1.0), 0.0))
     return _times(value, 1.0 - p.oblique * blow.slip**2 / (blow.slip**2 + blow.approach**2 + 1e-300))
+
+
+@inlined
+def struck_sector(azimuth: float) -> int:
+    """Which of the wall's `SECTORS` sectors lies at `azimuth`, counted from x on."""
+    return min(int((azimuth % (2.0 * np.pi)) / (2.0 * np.pi) * SECTORS), SECTORS - 1)
 
 
 @inlined
@@ -188,6 +214,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     `SCREWS_BLOWS`)), n the blows before.
     A disk sweeps dust together as it slides, which cushions its next blow and is scattered by it: `swept` (1 - exp(-s /
     `SWEPT_M`)) is lost, s the way slid since the blow before.
+    A soft liner, turned round before each run, is dented where it is struck: `hammered` n is lost, n the blows before
+    in the same of `SECTORS` sectors of the wall.
     Blows heat a washer, which cools between the runs: times 1 - `heated` E / `HEATED_M2_PER_S2`, E the energy per unit
     mass that those of the run have taken so far.
     """
@@ -200,6 +228,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     if p.swept != 0.0:
         slid = max(state[WAY] - state[WAY_BEFORE], 0.0)
         value = _raised(value, -p.swept * (1.0 - np.exp(-slid / SWEPT_M)))
+    if p.hammered != 0.0:
+        value = _raised(value, -p.hammered * state[DENTS + struck_sector(blow.azimuth)])
     if p.heated != 0.0:
         value = _times(value, max(1.0 - p.heated * state[HEAT] / HEATED_M2_PER_S2, 0.0))
     value = value - p.tired * tiredness(blow.time, state)

@@ -14,6 +14,8 @@ POCKET_RAD = 0.4  # of the wall, from the middle of a worn pocket to where it is
 HEATING_S = 0.4  # in which a ring has widened by two thirds as it warms in a run
 SPLIT_RAD = 0.1  # of the wall's azimuth, over which a split ring's halves go over into each other: 4 mm
 CHIP_WIDTH_RAD = 0.35  # of the disk's rim: 3.5 mm
+CHAMFER_RAD = 1.2  # of the disk's rim, from the middle of a chamfered side to its ends: a third of the rim
+CHAMFER_EDGE_RAD = 0.5  # of the rim, over which a chamfer runs out: 5 mm, or the disk would rattle on its ends
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
 PEEL_RAD = 0.7  # of the disk's rim, from a peeling end's top to where it stands out three fifths as far
 PEEL_BLOWS = 8.0  # after which it has peeled off by two thirds
@@ -189,12 +191,26 @@ def chip_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
 
 
 @inlined
+def chamfer_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
+    """How much farther a rim lets the disk whose one side is chamfered: by `chamfer_m` within `CHAMFER_RAD` of
+    `chamfer_rad`, running out at both ends over `CHAMFER_EDGE_RAD`."""
+    off = azimuth - disk_angle - p.chamfer_rad
+    away = np.arctan2(np.sin(off), np.cos(off))
+    begins, ends = np.tanh((away + CHAMFER_RAD) / CHAMFER_EDGE_RAD), np.tanh((away - CHAMFER_RAD) / CHAMFER_EDGE_RAD)
+    slope = 0.5 * p.chamfer_m * (ends**2 - begins**2) / CHAMFER_EDGE_RAD
+    return 0.5 * p.chamfer_m * (begins - ends), slope
+
+
+@inlined
 def rim_reach(azimuth: float, disk_angle: float, p: PlantParameters) -> Reach:
-    """How much farther a rim lets the disk that is chipped, or that has tape around it.
+    """How much farther a rim lets the disk that is chipped, chamfered along one side, or that has tape around it.
 
     The tape's beginning lies below its end: its radius rises evenly once around, and falls by `lap_m` at `lap_rad`.
     """
     chip, flank = chip_reach(azimuth, disk_angle, p)
+    if p.chamfer_m != 0.0:
+        side, steeper = chamfer_reach(azimuth, disk_angle, p)
+        chip, flank = chip + side, flank + steeper
     if p.lap_m == 0.0:
         return chip, flank
     off = azimuth - disk_angle - p.lap_rad

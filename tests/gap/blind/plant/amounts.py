@@ -1,6 +1,8 @@
 """What each cause of the groups that are asked for amounts to, what of the state is its own and which markers it moves;
 and which cases of the latest groups a trial draws."""
 
+from analysis.blind.plant.state import SECTORS
+
 # RMS over random states at severity 1, to a factor of two; the spread of sizes is 15 %.
 ORDERS = {
     "unknown_canted_friction": ("force", 0.25),  # m/s^2
@@ -278,6 +280,20 @@ ORDERS = {
     "unknown_flat_spot": ("gap", 1.8e-4),
     "unknown_creeping_sticker": ("pixels", 0.32),  # of one marker of five
     "unknown_eccentric_print": ("pixels", 0.7),
+    "unknown_glue_line": ("force", 0.4),
+    "unknown_damp_face": ("friction", 0.4),
+    "unknown_sucked_disk": ("friction", 0.5),
+    "unknown_switched_blower": ("force", 0.4),
+    "unknown_greased_sector": ("kick", 0.06),
+    "unknown_moist_wall": ("kick", 0.06),
+    "unknown_hammered_liner": ("kick", 0.06),
+    "unknown_giving_screws": ("kick", 0.015),  # of disks at 0.86 m/s along either axis; a run has harder blows
+    "unknown_climbing_disk": ("kick", 0.06),
+    "unknown_chamfered_side": ("gap", 2e-4),
+    "unknown_raised_card": ("pixels", 0.7),
+    "unknown_shallow_focus": ("pixels", 0.7),
+    "unknown_rounded_pixels": ("pixels", 0.7),
+    "unknown_swelling_paper": ("pixels", 0.8),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -308,6 +324,7 @@ OWN = {
     "unknown_wax_beads": ("bead_x", "bead_y"),
     "unknown_humming_ring": ("hard", "approach", "tired", "blows"),
     "unknown_heated_washer": ("heat",),
+    "unknown_hammered_liner": tuple(f"dents_{sector}" for sector in range(SECTORS)),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -350,6 +367,7 @@ OF_THE_DISK = (
     "unknown_card_play",
     "unknown_creeping_sticker",
     "unknown_eccentric_print",
+    "unknown_raised_card",
 )
 # Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
 AS_BEFORE = {
@@ -424,5 +442,13 @@ AS_BEFORE = {
         "unknown_flat_spot",
         "restitution_drift+unknown_creeping_sticker",
         "camera_clock_offset+unknown_lab_magnet",
+    ],
+    "supposed": [
+        "plane_tilt+unknown_raised_card",
+        "unknown_rounded_pixels",
+        "unknown_chamfered_side",
+        "unknown_shallow_focus",
+        "restitution_drift+unknown_swelling_paper",
+        "camera_clock_offset+unknown_switched_blower",
     ],
 }

@@ -21,7 +21,7 @@ from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import STATES
+from analysis.blind.plant.state import SECTORS, STATES
 from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.plant.wall.motion import swing
 from analysis.blind.series import draw_start, outline_series, run_outline
@@ -35,6 +35,7 @@ PLACE = (
     *("normal", "approach", "tired", "sleeve", "print_x", "print_y", "way_before", "core", "oiled", "slipped"),
     *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy", "aged", "bead_x", "bead_y"),
     *("here_x", "here_y", "there_x", "there_y", "left", "blows", "heat"),
+    *(f"dents_{sector}" for sector in range(SECTORS)),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -107,6 +108,7 @@ def random_states(at_wall=False):
     out[:, 37] = latest.uniform(0.3, 2.0, 60)
     out[:, 38] = np.arange(60) % 30
     out[:, 39] = np.random.default_rng(13).uniform(0.0, 12.0, 60)
+    out[:, 40:] = np.random.default_rng(14).integers(0, 5, (60, SECTORS))
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -147,6 +149,7 @@ def on_its_way(drop=None):
         rng = np.random.default_rng(seed)
         motion = run_plant(p, HOST, draw_start(rng), 1.2, rng)
         known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
+        dents = np.zeros(SECTORS)
         known |= {"heat": 0.0, "charge": 0.0, "aged": 0.0, "bead_x": 0.0, "bead_y": 0.0, "here_x": 0.0, "here_y": 0.0}
         for before, node in pairwise(motion.nodes):
             passed, (place, velocity, _) = node[0] - before[0], host_pose(node[0], HOST)
@@ -161,6 +164,7 @@ def on_its_way(drop=None):
                 far = ((node[1] - place[0] - drop[0]) ** 2 + (node[2] - place[1] - drop[1]) ** 2) / 1e-4
                 known["oiled"] += passed * np.exp(-0.5 * far) * (1.0 - known["oiled"]) / 0.01
                 known["oiled"] *= 1.0 - slid / 0.06
+            known |= {f"dents_{sector}": count for sector, count in enumerate(dents)}
             state = state_of(**dict(zip(("x", "y", "vx", "vy", "angle", "spin"), node[1:7], strict=True)), **known)
             blows = known["count"]
             if blows < len(motion.impacts) and abs(node[0] - motion.impacts[blows, 0]) < 1e-11:
@@ -172,6 +176,7 @@ def on_its_way(drop=None):
                 known["left"] = np.hypot(*(node[3:5] + kick - velocity[:2]))
                 known |= {"impact_s": node[0], "way_before": known["way"], "count": blows + 1}
                 normal = np.arctan2(*(node[1:3] - place[:2])[::-1])
+                dents[int(normal % (2.0 * np.pi) / (2.0 * np.pi) * SECTORS)] += approach > 0.3
                 known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}
                 after = impact(node[0], state, p, HOST, np.zeros(2), 1.0)[0]
                 known |= {name: after[PLACE.index(name)] for name in ("tired", "struck", "blows")}
@@ -316,9 +321,10 @@ def of_group(group):
 
 
 def say_what_they_follow(causes, of_each=(6, 5, 2, 3)):
-    """Each of a group's sixteen does, none comes twice or is listed, and its parameters are told."""
+    """Each of a group does, as many of each stage as are stated; none comes twice or is listed; its parameters are
+    told."""
     names = [cause.name for cause in causes]
-    assert all(cause.follows for cause in causes) and len(set(names)) == 16
+    assert all(cause.follows for cause in causes) and len(set(names)) == sum(of_each)
     stages = [cause.stage for cause in causes]
     assert tuple(stages.count(stage) for stage in MEANT) == of_each
     assert not any(cause.listed for cause in causes)
@@ -327,15 +333,26 @@ def say_what_they_follow(causes, of_each=(6, 5, 2, 3)):
 
 
 def command_takes_group(group, causes, folder, capsys):
-    """One case of each of its sixteen in one trial, and one of the group's; a name that is none of them is refused."""
+    """One case of each of its causes in one trial, and one of the group's; a name that is none of them is refused."""
     names = [cause.name for cause in causes]
-    assert {case.kind for case in draw_cases(16, np.random.default_rng(3), (group,))} == set(names)
-    asked = ["blind", "make", str(folder / "trial"), "--cases", "18", "--seed", "3", "--runs", "1", "--kinds"]
+    assert {case.kind for case in draw_cases(len(names), np.random.default_rng(3), (group,))} == set(names)
+    asked = [
+        "blind",
+        "make",
+        str(folder / "trial"),
+        "--cases",
+        str(len(names) + 2),
+        "--seed",
+        "3",
+        "--runs",
+        "1",
+        "--kinds",
+    ]
     with short_runs():
         assert main([*asked, ",".join([*names, group, "none"])]) == 0
     truths = [json.loads(path.read_text()) for path in sorted((folder / "trial" / "sealed").rglob("*.json"))]
     effects = [truth["effect"] for truth in truths]
-    assert set(effects) == {*names, "none"} and len(effects) == 18
+    assert set(effects) == {*names, "none"} and len(effects) == len(names) + 2
     assert {t["verdict"] for t in truths if t["effect"] != "none"} == {"unknown"}
     capsys.readouterr()
     assert main([*asked[:2], str(folder / "other"), *asked[3:], f"{group[:-2]}ing"]) == 2

@@ -24,7 +24,7 @@ from tests.gap.blind.plant.rig import (
 
 GROUPS = (
     *("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed"),
-    *("witnessed", "foreseen", "borrowed", "likely", "expected"),
+    *("witnessed", "foreseen", "borrowed", "likely", "expected", "supposed"),
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
@@ -38,7 +38,13 @@ BY_THE_RIM = (
     *("unknown_curing_glue", "unknown_shear_set", "unknown_preloaded_liner"),
 )
 # How many causes of each; of the others six, five, two and three.
-STAGES = {"overlooked": (7, 5, 2, 2), "borrowed": (7, 4, 2, 3), "likely": (5, 3, 2, 6), "expected": (7, 5, 2, 2)}
+STAGES = {
+    "overlooked": (7, 5, 2, 2),
+    "borrowed": (7, 4, 2, 3),
+    "likely": (5, 3, 2, 6),
+    "expected": (7, 5, 2, 2),
+    "supposed": (4, 5, 1, 4),
+}
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half, and of a
 # restitution divided by the approach; light blows soon stick, and where a wall holds less more blows slip; a chord that
@@ -56,6 +62,8 @@ BENT = {
     "unknown_damped_contact": 0.2,
     "unknown_flat_spot": 0.2,
     "unknown_cleaned_wall": 0.2,
+    "unknown_greased_sector": 0.25,
+    "unknown_moist_wall": 0.2,
 }
 
 
@@ -108,6 +116,10 @@ def _acts(name):
             "unknown_skewed_picture": camera == "VW2",
             "unknown_creeping_sticker": marker == f"N{view.get('creeping_marker', 0) + 1}",
             "unknown_eccentric_print": of_the_disk & (marker != "N1"),
+            "unknown_raised_card": of_the_disk,
+            "unknown_shallow_focus": camera != "",
+            "unknown_rounded_pixels": camera != "",
+            "unknown_swelling_paper": marker.str.startswith("H"),
         }[name]
 
     return chosen
@@ -171,7 +183,7 @@ def test_a_run_stays_in_the_ring(name):
 def test_every_one_says_what_it_follows_and_none_comes_twice(group):
     say_what_they_follow(of_group(group), STAGES.get(group, (6, 5, 2, 3)))
     if group in GROUPS[2:]:
-        assert len({cause.follows for cause in of_group(group)}) == 16
+        assert len({cause.follows for cause in of_group(group)}) == len(of_group(group))
 
 
 @pytest.mark.parametrize("group", GROUPS)
