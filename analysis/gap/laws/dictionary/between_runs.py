@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 TURNS, SHORTEST, TURN = (0.7, 1.0, 2.0), 4.0, 2 * math.pi
 # Runs over all of them in which what was mended, or is not warm yet, settles.
 SETTLING_RUNS = (0.2, 0.5)
+# Through three runs go a start, an end and a rate, whatever there is; these many say whether it settles so.
+FEWEST_SETTLING = 5
 
 
 def steps_between(known: Array) -> list[float]:
@@ -54,7 +56,7 @@ def of_flights_between(scales: RigScales) -> Iterator[Candidate]:
 
 def settling_runs(runs: int) -> list[float]:
     """How many runs it may take until something has settled, of so many; none where too few would show it."""
-    return [share * runs for share in SETTLING_RUNS] if runs > 2 else []
+    return [share * runs for share in SETTLING_RUNS] if runs >= FEWEST_SETTLING else []
 
 
 def _there_and_from(step: float) -> Modulator:
