@@ -19,7 +19,7 @@ from analysis.contact.law import (
     predicted_tangential,
     sticks,
 )
-from analysis.contact.restitution import speed_law
+from analysis.contact.restitution import best_speed_scale, speed_law
 from analysis.identification.contact_law.deviance import best_tangential
 from analysis.identification.contact_law.intervals import (
     restitution_interval,
@@ -316,3 +316,15 @@ def test_slow_impacts_follow_the_law_as_surely_as_the_others_show():
     fast = replace(fast, after=fast.after + 2.0 * (fast.after / fast.before), before=fast.before + 2.0)
     assert sure < 0.01
     assert speed_law(fast, fit_law(fast)).slow_sd > 0.03
+
+
+def test_a_fall_with_the_speed_is_sought_in_the_speeds_of_the_rig():
+    """A rig ten times as fast has a scale ten times as large, and a straight loss an end beyond neither's speeds."""
+    slow = series(np.random.default_rng(5), 60, scatter=0.0, sd=1e-4)
+    falls = 0.6 + 0.2 * np.exp(-slow.before / 0.7)
+    slow = replace(slow, after=falls * slow.before)
+    fast = replace(slow, before=10 * slow.before, after=10 * slow.after, normal_sd=10 * slow.normal_sd)
+    assert best_speed_scale(slow) == pytest.approx(0.7, rel=0.02)
+    assert best_speed_scale(fast) == pytest.approx(10 * best_speed_scale(slow), rel=1e-3)
+    straight = replace(slow, after=(0.8 - 0.08 * slow.before) * slow.before)
+    assert best_speed_scale(straight) > 2 * np.sqrt(np.mean(slow.before**2))

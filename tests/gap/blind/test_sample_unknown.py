@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import shutil
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,6 @@ from ovines.__main__ import main
 
 SAMPLE = Path(__file__).resolve().parents[3] / "sample_data" / "series_unknown"
 SEED = 4
-# Of four: enough for the law and its intervals, in less than half of the time.
-RUNS = 2
 WIDTH_M = 0.015  # of the plant's pull, in the usual rig's units
 
 
@@ -30,20 +27,16 @@ def blank(diagnosis: Diagnosis, name: str) -> Page:
 
 @pytest.fixture(scope="session")
 def unknown(tmp_path_factory) -> Path:
-    """Results of `ovines diagnose` on the sample's first runs, its page blank (a law's is asked in test_laws) and
-    without settings for a next test, beside these ``runs``; whichever test process comes first makes them for all."""
+    """Results of `ovines diagnose` on the sample, its page blank (a law's is asked in test_laws) and without settings
+    for a next test; whichever test process comes first makes them for all."""
     out = tmp_path_factory.getbasetemp()
     out = (out.parent if "PYTEST_XDIST_WORKER" in os.environ else out) / "sample_unknown"
     with FileLock(f"{out}.lock"):
-        if not (out / "runs").exists():
-            for number in range(1, RUNS + 1):
-                shutil.copytree(SAMPLE / f"run-{number:02d}", out / "runs" / f"run-{number:02d}")
-            shutil.copy(SAMPLE / "calibration.json", out / "runs")
         if not (out / "first" / "diagnosis.json").exists():
             with pytest.MonkeyPatch.context() as patched:
                 patched.setattr("analysis.gap.diagnose.next_tests", lambda ladder, causes: None)
                 patched.setattr("analysis.gap.page.gap_page.gap_page", blank)
-                assert main(["diagnose", str(out / "runs"), "--out", str(out / "first"), "--quiet"]) == 0
+                assert main(["diagnose", str(SAMPLE), "--out", str(out / "first"), "--quiet"]) == 0
     return out
 
 
@@ -72,7 +65,7 @@ def test_the_law_is_what_was_sealed(unknown):
 
 def test_held_in_the_next_diagnosis_it_leaves_nothing(unknown, without_next_test, monkeypatch):
     monkeypatch.setattr("analysis.gap.page.gap_page.gap_page", blank)
-    law, held = unknown / "first" / "law-1.toml", unknown / "second"
-    assert main(["diagnose", str(unknown / "runs"), "--out", str(held), "--law", str(law), "--quiet"]) == 0
-    answer = json.loads((held / "diagnosis.json").read_text())
+    law = unknown / "first" / "law-1.toml"
+    assert main(["diagnose", str(SAMPLE), "--out", str(unknown / "second"), "--law", str(law), "--quiet"]) == 0
+    answer = json.loads((unknown / "second" / "diagnosis.json").read_text())
     assert (answer["verdict"], answer["effects"], answer["left"]) == ("none", [], [])

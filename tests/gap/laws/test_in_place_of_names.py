@@ -9,10 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.instead.flights import flight_law_beyond
 from analysis.gap.laws.instead.impacts import _own_part, restitution_law_instead
 from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
+from analysis.gap.laws.instead.wall import _instead
 from analysis.gap.selection.flight_candidates import gain_of
 from analysis.gap.selection.flight_causes import term_cause
 from analysis.gap.selection.flight_steps import first_flights, named_terms_of, select_flight_effects
@@ -65,6 +67,48 @@ def test_what_a_formula_says_of_the_spin_says_nothing_against_a_name_of_the_rest
     law = SimpleNamespace(rig_law=WrittenLaw((drift, spin, side)), numbers=numbers)
     assert _own_part(law) == ([drift, side], 3)
     assert _own_part(None) == ([], 0)
+
+
+@pytest.mark.parametrize(
+    ("term", "own"),
+    [
+        (Term("floor_friction", 0.1, (Factor("run"),)), True),
+        (Term("floor_friction", 0.1, (Factor("run", "exponential", 1.0, 3.0),)), False),
+        (Term("floor_friction", 0.1, (Factor("phase", "cosine"),)), True),
+        (Term("along_velocity", -0.1, (Factor("speed", "power", 2.0),)), True),
+        (Term("along_velocity", -0.1, (Factor("speed", "power", 3.0),)), False),
+        (Term("restitution", 0.1, (Factor("approach", "exponential", 1.0, 0.5),)), True),
+        (Term("restitution", 0.1, (Factor("approach"),)), False),
+        (Term("fixed_direction", 0.1, x=0.3), True),
+    ],
+)
+def test_a_name_has_its_function_not_only_its_quantity(term, own):
+    """A friction that settles over the runs is no drift that goes on, a straight loss is none that ends at a speed."""
+    assert is_own_form(Candidate("asked", lambda: (term,))) is own
+
+
+def test_a_bench_that_warms_up_is_no_drift(loaded):
+    """It had been a drift by time and run: the exponential was among the forms that are the name's own."""
+    truth, series = loaded("unknown_warming_bench", 0.6, 3, runs=6)
+    (law,), ladder = laws_and_ladder(series)
+    assert ladder.causes == () and quantities(law) == [("floor_friction", ["run"])], as_text(law.law)
+    settled, sd, _ = law.numbers["run_scale"]
+    assert abs(settled - truth["runs"]) < 3 * sd + 0.15 * truth["runs"]
+
+
+def test_a_loss_straight_with_the_speed_gives_a_name_no_end(loaded, without_flight_laws):
+    """What falls off beyond the measured speeds is a straight line to them, of one number fewer."""
+    _, series = loaded("unknown_straight_loss", 0.9, 5, runs=5)
+    (law,), ladder = laws_and_ladder(series)
+    assert ladder.causes == () and quantities(law) == [("restitution", ["approach"])], as_text(law.law)
+    assert law.law.terms[0].factors[0].function == "power"
+
+
+@pytest.mark.parametrize(("gain", "unknowns", "instead"), [(155.6, 3, False), (158.6, 3, True), (158.6, 4, False)])
+def test_a_dent_replaces_two_shapes_of_the_wall_only_where_it_is_as_good(gain, unknowns, instead):
+    """An ellipse and lobes that are there had lost to a dent of 0.976 of their gain and one number less."""
+    dent = SimpleNamespace(gain=gain, parts=[SimpleNamespace(unknowns=unknowns)])
+    assert _instead(dent, 159.4, 4) is instead
 
 
 def test_a_name_that_runs_held_out_want_less_gives_way(loaded):

@@ -19,7 +19,9 @@ from analysis.gap.laws.belief import believed
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
-from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
+from analysis.gap.selection.flight_candidates import Gain, Units
+from analysis.gap.selection.flight_steps import _accepted, first_flights, select_flight_effects
+from analysis.gap.selection.flights.terms import FlightTerm
 from analysis.gap.selection.unfitted_flights import outlying_flights, unexplained_misfit
 from analysis.gap.written_laws import write_laws
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -40,6 +42,15 @@ def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_for
     told = next(cause for cause in ladder.causes if cause.effect == "vertical_motion").parameters["amplitude_m"]
     true = made.truth["parameters"]["vertical_motion"]["amplitude_m"]
     assert abs(told[0] - true) < 3 * max(told[1], 2e-3 * true)
+
+
+@pytest.mark.parametrize(("named", "over", "told"), [(True, 1.01, True), (False, 1.01, False), (False, 1.2, True)])
+def test_what_has_no_name_is_left_only_where_it_is_surely_more_than_negligible(named, over, told):
+    """Recoil under a sine and sway beside jitter had left 1.008 and 1.002 of what is negligible in phase with the
+    drive."""
+    term = FlightTerm("force with the drive's phase", ("force_cos_x",), named)
+    gain = Gain(term, 500.0, 400.0, np.ones(1), np.full(1, 0.05), 20.0, 1.0, over * 0.02)
+    assert _accepted(gain, 50.0, Units({}, 0.02)) is told
 
 
 def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
