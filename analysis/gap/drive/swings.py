@@ -301,21 +301,31 @@ def best_line(paths: Sequence[MeasuredPath], left: Sequence[Array], below_hz: fl
 
 
 def _gains(path: MeasuredPath, white: Array, hz: Array) -> Array:
-    """Gains (G,) of lines at ``hz`` (G,) as :func:`_pairs` has them, from products with the drive alone: their own rows
-    beside it are asked of one line only."""
+    """Gains (G,) of lines at ``hz`` (G,), evenly spaced, as :func:`_pairs` has them, from products with the drive
+    alone: their own rows beside it are asked of one line only."""
     some = [_gains_of_some(path, white, hz[first : first + AT_ONCE]) for first in range(0, len(hz), AT_ONCE)]
     return np.concatenate(some)
 
 
 def _gains_of_some(path: MeasuredPath, white: Array, hz: Array) -> Array:
-    turn = 2 * np.pi * path.time_s[:, None] * hz
-    rows = whitened(np.hstack([np.cos(turn), np.sin(turn)]), path.correlation)
+    rows = whitened(_turning(path.time_s, hz), path.correlation)
     by_drive = path.held.T @ rows
     normal = _products(rows.reshape(-1, 2, len(hz))) - _products(by_drive.reshape(-1, 2, len(hz)))
     seen = normal[0] + normal[1] > LEAST_SEEN * len(rows)
     on = np.where(seen, (rows.T @ white).reshape(2, len(hz), 2).swapaxes(1, 2), 0.0)
     # ``white`` is without the drive, so that what the drive holds of the rows is none of their products with it.
     return np.einsum("jag,jag->g", np.einsum("ijg,jag->iag", _inverse(*normal), on), on)
+
+
+def _turning(time_s: Array, hz: Array) -> Array:
+    """Cosines and sines (N, 2 G) at evenly spaced frequencies, each from the one before by a turn: a third of the time
+    that as many sines take."""
+    turns = np.empty((len(hz), len(time_s)), complex)
+    turns[0] = np.exp(2j * np.pi * hz[0] * time_s)
+    step = np.exp(2j * np.pi * (hz[-1] - hz[0]) / max(len(hz) - 1, 1) * time_s)
+    for k in range(1, len(hz)):
+        np.multiply(turns[k - 1], step, out=turns[k])
+    return np.concatenate([turns.real, turns.imag]).T
 
 
 def _products(rows: Array) -> Array:
