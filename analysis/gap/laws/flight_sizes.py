@@ -81,10 +81,14 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
     floor: FloorFit | None = None
     for _ in range(ROUNDS):
         holding_it, at_first = with_law(drifting, parts, coefficients), {**start, **dict.fromkeys(names, 1.0)}
-        if floor is None:
-            floor = fit_floor(holding_it, [*others, *names], at_first)
-        else:
-            floor = fit_floor_again(holding_it, floor, at_first)
+        try:
+            if floor is None:
+                floor = fit_floor(holding_it, [*others, *names], at_first)
+            else:
+                floor = fit_floor_again(holding_it, floor, at_first)
+        except np.linalg.LinAlgError:
+            # Numbers that run away: friction on this side of a line that no flight crosses is friction itself.
+            return None
         at = [floor.names.index(n) for n in names]
         if not np.all(np.abs(floor.estimate[at]) < LARGEST_FACTOR):
             return None

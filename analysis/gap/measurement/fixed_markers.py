@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.gap.cause import SMALLEST_P, Structure, two_sided
-from analysis.gap.measurement.body_residuals import SURE_SD, middle_of, over_runs
+from analysis.gap.measurement.body_residuals import FINEST_M, SURE_SD, middle_of, over_runs
 from analysis.gap.series import Series
 from ovines.robust import spread
 
@@ -164,7 +164,8 @@ def _within_runs(
 ) -> tuple[list[Array], list[Array], list[Array], list[Array]]:
     """Of each run: its parts against its mean (PARTS, markers, 2) with sds, and the mean (markers, 2) with its."""
     offs, sds, means, mean_sds = [], [], [], []
-    for place, sd in places:
+    for place, told_sd in places:
+        sd = np.maximum(told_sd, FINEST_M)  # rounded pixels may be alike to every digit
         weight = 1 / sd**2
         total = weight.sum(0)
         mean = np.sum(weight * np.nan_to_num(place), 0) / np.where(total > 0, total, 1.0)
