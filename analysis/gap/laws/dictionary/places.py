@@ -1,5 +1,5 @@
 """Forces that belong to a place or a line: pulls, tethers that are slack up to a length, drag in a patch, ridges,
-steps and corrugations of the floor."""
+steps, glued lines and corrugations of the floor."""
 
 from __future__ import annotations
 
@@ -96,12 +96,21 @@ def _ridges(scales: RigScales) -> list[Candidate]:
             Term("along_velocity", 1.0, (Factor("speed"), across)),
         )
 
+    def seam(angle: float, place: float, width: float) -> tuple[Term, ...]:
+        # Held back against the way across a line, as hard at any speed: every crossing costs the same energy.
+        across, near = (
+            Factor("sliding_along", "sign", x=angle),
+            Factor("along_host", "gaussian", 1.0, width, place, angle),
+        )
+        return (Term("fixed_direction", 1.0, (across, near), x=angle),)
+
     steps = (ANGLE_STEP, step, 0.2)
     out = []
     for angle, place in lines(RIDGE_DIRECTIONS, RIDGE_PLACES, scales):
         numbers = (angle, place, RIDGE_WIDTH * scales.radius_m)
         out.append(Candidate("ridge across the floor", ridge, numbers, steps, (False, False, True)))
         out.append(Candidate("step of the floor", stair, numbers, steps, (False, False, True)))
+        out.append(Candidate("line that takes energy of what crosses it", seam, numbers, steps, (False, False, True)))
     for angle, place in lines(RIDGE_DIRECTIONS, EDGE_PLACES, scales):
         numbers = (angle, place, WIDTHS[0] * scales.radius_m)
         out.append(Candidate("stream across the floor", stream, numbers, steps, (False, False, True)))
