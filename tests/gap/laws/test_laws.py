@@ -15,7 +15,7 @@ from matplotlib.mathtext import MathTextParser
 from analysis.blind.series import make_series
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose, verdict_of
-from analysis.gap.laws import flight_law
+from analysis.gap.laws import flight_law, flight_sizes
 from analysis.gap.laws.choice.found import Found, Rival
 from analysis.gap.laws.choice.numbers_inside import Numbers
 from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, _by_runs, find_law
@@ -367,6 +367,19 @@ def test_a_law_that_throws_flights_out_of_all_numbers_is_none(loaded, range_m, s
     with np.errstate(all="ignore"):
         one = Candidate("stop", stop, (range_m,), (0.25,), (True,))
         assert sized_law(series.runs, base, [one], np.array([1.0])) is None
+
+
+def test_a_law_whose_fit_finds_no_numbers_is_none(loaded, monkeypatch):
+    """Friction on this side of a line that no flight crosses is friction itself, and its numbers run away."""
+    _, series = loaded("none", 1.0, 3, runs=2)
+    base = first_flights(series, ("floor_friction", "spin_coupling"))
+    side = Candidate("side", lambda: (Term("floor_friction", 1.0, (Factor("along_host", "below", 1.0, 0.13),)),))
+
+    def runs_away(*_):
+        raise np.linalg.LinAlgError("Array must not contain infs or NaNs.")
+
+    monkeypatch.setattr(flight_sizes, "fit_floor", runs_away)
+    assert sized_law(series.runs, base, [side], np.array([-1.03])) is None
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)

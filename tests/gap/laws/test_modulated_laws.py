@@ -145,3 +145,12 @@ def test_what_settles_is_told_from_what_it_was_at_first():
     (still,), (same, run) = two.make(0.01)
     assert still == same == Factor("radius", "gaussian", 1.0, 0.01) and run == Factor("run")
     assert one.positive == two.positive == (True,) and [n for n, _ in two.starts] == [(0.01,)]
+
+
+def test_a_line_of_glue_takes_the_same_of_every_crossing(tmp_path):
+    """Held back as hard at any speed, within a few millimetres of a line, against the way across it."""
+    series, true = made_series(tmp_path, "unknown_glue_line", 0.9, 81, runs=4)
+    law = flight_law(series)
+    assert quantities(law) == [("fixed_direction", ["along_host", "sliding_along"])], as_text(law.law)
+    held, sd, _ = law.numbers["coefficient"]
+    assert abs(held) == pytest.approx(true["crossed_m_per_s2"], abs=3 * sd + 0.15 * true["crossed_m_per_s2"])
