@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,6 @@ from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.choice.search import AS_GOOD, LEVEL_BELIEVED, LEVEL_WHERE_LEFT
-from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, needless_beside
 from analysis.gap.laws.impact_rows import law_regression, of_target, usual_scatter
@@ -27,8 +25,6 @@ from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import Term
 
 Array = NDArray[np.float64]
-#: of each term its target, and the quantity, function and order of each of its factors
-Shape = tuple[tuple[str, tuple[tuple[str, str, float], ...]], ...]
 #: unknowns of an effect of the restitution
 UNKNOWNS = 2
 
@@ -49,39 +45,22 @@ def restitution_law_instead(
         return None
     level = LEVEL_BELIEVED if law is None else LEVEL_WHERE_LEFT
     kept: list[str] = []
-    tried: set[Shape] = set()
     while len(kept) < len(named):
         fewer = without_effects(steps, [name for name in named if name not in kept])
-        alone = find_impact_law(
-            impacts, fits, fewer.restitution_terms, frame, rng, level, left, partial(_is_out, tried=frozenset(tried))
-        )
+        alone = find_impact_law(impacts, fits, fewer.restitution_terms, frame, rng, level, left, is_own_form)
         if alone is None or not _of_restitution(alone):
             return None
         needless = needless_beside(alone, steps, fits)
         needed = [name for name in named if name not in needless and name not in kept]
         if not needed:
             break
-        # The simplest form is taken first, and may be too simple: a name is needed beside a straight line where the
-        # restitution bends a little.  Another form is asked for before the name is.
-        shape = _shape(alone.rig_law.terms)
-        kept += needed if tried else []
-        tried = set() if tried else {shape}
+        kept += needed
     else:
         return None
     cost, cost_alone = _costs(impacts, fits, ((law, steps), (alone, fewer)))
     simpler = _own_part(alone)[1] < UNKNOWNS * (len(steps.restitution_terms) - len(fewer.restitution_terms))
     least = 0.0 if law is not None else AS_GOOD if simpler else OUTDOES
     return (alone, fewer) if cost_alone <= cost - least else None
-
-
-def _is_out(candidate: Candidate, tried: frozenset[Shape]) -> bool:
-    """Whether a candidate is a listed effect's own form, or one that was tried."""
-    return is_own_form(candidate) or _shape(candidate.terms) in tried
-
-
-def _shape(terms: Sequence[Term]) -> Shape:
-    """What the terms follow and how, whatever their numbers."""
-    return tuple((t.target, tuple((f.quantity, f.function, f.order) for f in t.factors)) for t in terms)
 
 
 def without_effects(steps: ImpactSteps, names: Sequence[str]) -> ImpactSteps:
