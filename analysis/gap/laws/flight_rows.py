@@ -8,7 +8,7 @@ own equation of motion."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 from analysis.compiled import making_arrays
 from analysis.flights.along_flights import known_states
 from analysis.flights.equation.model import STATES
+from analysis.flights.equation.parameters import INDEX
 from analysis.flights.evidence import columns_of, flight_rows, usable_flights
 from analysis.flights.fit import SHARED, FlightFits
 from analysis.flights.noise import GROSS_SD, FlightNoise
 from analysis.flights.single_flight import whiten
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit, prior_of
+from analysis.gap.selection.flights.model import run_places
 from ovines.core.laws.kernel import SharedTerms, pushes, shared_pushes, shared_terms, shared_values
 from ovines.core.laws.terms import Term, rows_of
 from ovines.workers.threads import in_threads
@@ -128,7 +130,22 @@ def flight_regression(fitted: FlightFit) -> FlightRegression:
     asked for last it is at hand."""
     columns = columns_of([n for n in fitted.columns if n in SHARED])
     prior = prior_of([SHARED[c] for c in columns], fitted.fits[0].run.contact_radius_m)
-    return regression_of(fitted.fits, fitted.noise, columns, prior)
+    rows = regression_of(fitted.fits, fitted.noise, columns, prior)
+    return replace(rows, problem=_drifting_from_starts(rows.problem, columns, fitted))
+
+
+def _drifting_from_starts(problem: Regression, columns: Sequence[int], fitted: FlightFit) -> Regression:
+    """The ``problem`` whose friction drifts from each run's start on, as the fit has it, not about each run's
+    middle."""
+    friction, drift = INDEX["friction"], INDEX["drift"]
+    if friction not in columns or drift not in columns:
+        return problem
+    places = run_places([one.run for one in fitted.fits])
+    later_s = np.array([place.later_s * (1 + fitted.model.drift_per_run * place.number) for place in places])
+    more = fitted.model.parameters[friction] * later_s[problem.run]
+    nuisances = problem.nuisances.copy()
+    nuisances[:, list(columns).index(drift)] += more * nuisances[:, list(columns).index(friction)]
+    return replace(problem, nuisances=nuisances)
 
 
 def regression_of(
