@@ -80,9 +80,14 @@ def restitution_design(data: LawData, names: Sequence[str]) -> Array:
     return columns
 
 
+def usual_approach_m_per_s(data: LawData) -> float:
+    """RMS approach speed of the impacts: the unit of their speeds."""
+    return float(np.sqrt(np.mean(data.before**2)))
+
+
 def speed_scales_m_per_s(data: LawData) -> Array:
-    """Speeds (m/s) from which the search for an exponential fall begins, ascending: in those of the impacts."""
-    return float(np.sqrt(np.mean(data.before**2))) * np.array(SPEED_SCALES)
+    """Speeds (m/s) from which the search for an exponential fall begins, ascending."""
+    return usual_approach_m_per_s(data) * np.array(SPEED_SCALES)
 
 
 def best_speed_scale(data: LawData, beside: Array | None = None) -> float:
@@ -232,7 +237,7 @@ def fit_effects(data: LawData, names: Sequence[str], held: Sizes, beside: Array 
     sizes: dict[str, dict[str, tuple[float, float]]] = {}
     if SPEED in free:
         scale_sd = speed_scale_sd(plain, scale, others)
-        slowest = SLOWEST_SCALE / SPEED_SCALES[0] * float(speed_scales_m_per_s(plain)[0])
+        slowest = SLOWEST_SCALE * usual_approach_m_per_s(plain)
         # Both limits move with the scale: both ends of the scale's interval are tried.
         low, high = (
             _fit(data, free, s, held, beside).coefficients for s in (max(scale - scale_sd, slowest), scale + scale_sd)

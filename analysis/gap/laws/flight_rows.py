@@ -141,8 +141,7 @@ def _drifting_from_starts(problem: Regression, columns: Sequence[int], fitted: F
     if friction not in columns or drift not in columns:
         return problem
     places = run_places([one.run for one in fitted.fits])
-    later_s = np.array([place.later_s * (1 + fitted.model.drift_per_run * place.number) for place in places])
-    more = fitted.model.parameters[friction] * later_s[problem.run]
+    more = np.array([fitted.model.friction_per_drift(place) for place in places])[problem.run]
     nuisances = problem.nuisances.copy()
     nuisances[:, list(columns).index(drift)] += more * nuisances[:, list(columns).index(friction)]
     return replace(problem, nuisances=nuisances)

@@ -29,6 +29,8 @@ from analysis.gap.selection.flights.model import run_places, value_of
 
 Array = NDArray[np.float64]
 FEWEST_FLIGHTS = 3
+# What is left of a form beside the names' own, less than this share of it: it is theirs (of three such 0.001 to 0.004).
+SAME = 0.05
 # Targets and quantities of the disk's own angle.
 OF_ANGLE = (
     *("spin", "along_body", "floor_lever", "floor_torque", "angle", "body_angle", "heading", "sliding_heading"),
@@ -92,7 +94,11 @@ class FlightSearch:
         forms = forms_of(problem, own, [list(range(own.shape[1]))])
         named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / scale - PER_UNKNOWN * own.shape[1]
         gains = without.listed.gains(problem, scale)[1]
-        best, gain = shortlist_of(problem, self.rows.columns, without.listed.candidates, gains, scale)[0]
+        shortlist = shortlist_of(problem, self.rows.columns, without.listed.candidates, gains, scale)
+        others = [one for one in shortlist if not _is_held(self.rows.columns(one[0].terms), own, problem.nuisances)]
+        if not others:
+            return -named, named
+        best, gain = others[0]
         return gain - PER_UNKNOWN * best.unknowns - named, named
 
     def _held(self) -> list[str]:
@@ -111,6 +117,16 @@ class FlightSearch:
             else:
                 columns.append(problem.nuisances[:, held.index(name)])
         return np.column_stack(columns)
+
+
+def _is_held(columns: Array, own: Array, nuisances: Array) -> bool:
+    """Whether ``columns`` (M, C) are the names' ``own`` (M, P) in other words, beside the ``nuisances`` (M, Q): as
+    friction on this side of a line that no flight crosses is, where friction differs from run to run."""
+    known, _ = np.linalg.qr(nuisances)
+    columns, own = (one - known @ (known.T @ one) for one in (columns, own))
+    held, _ = np.linalg.qr(own)
+    left = columns - held @ (held.T @ columns)
+    return bool(np.all(np.linalg.norm(left, axis=0) <= SAME * np.linalg.norm(columns, axis=0)))
 
 
 def _asks_for_angle(one: Candidate) -> bool:

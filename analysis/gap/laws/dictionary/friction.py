@@ -38,13 +38,7 @@ def _bands(scales: RigScales) -> list[Candidate]:
 
     unit, steps = scales.speed_m_per_s, (0.1 * scales.speed_m_per_s, 0.2)
     below, sizes = ("sliding_speed", "below", 1.0), [share * unit for share in STEPS]
-    # A film that holds the disk by its pressure: as one over one and the speed.
-    film = scaled("friction over one and the sliding speed", TARGET, ("sliding_speed", "rational", 1.0), sizes)
-    return [
-        *film,
-        *scaled("friction below a sliding speed", TARGET, below, sizes),
-        *(
-            Candidate("friction in a band of sliding speeds", band, (share * unit, BAND * unit), steps, (False, True))
-            for share in BANDS
-        ),
+    return scaled("friction below a sliding speed", TARGET, below, sizes) + [
+        Candidate("friction in a band of sliding speeds", band, (share * unit, BAND * unit), steps, (False, True))
+        for share in BANDS
     ]

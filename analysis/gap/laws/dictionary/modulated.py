@@ -23,7 +23,7 @@ RANGES, SPEEDS, TIMES, BEYOND = (0.05, 0.12, 0.3), (0.1, 0.25, 0.6), (0.1, 0.25,
 # Speeds over the usual one at which something is half gone, or beyond which it begins; spins over the usual one.
 LIFTS, SPINS = (0.5, 1.0), (0.3, 1.0)
 # Times over the longest run in which something fades, and at which it changes at once.
-FADES, CHANGES = (0.1, 0.3, 0.6), (0.2, 0.4, 0.6, 0.8)
+FADES, CHANGES = (0.1, 0.3), (0.2, 0.4, 0.6, 0.8)
 # Blows after which what each of them does comes to an end; distances over the contact radius from the contact before.
 WEARS, REACHES = (4.0, 12.0), (0.1, 0.2, 0.35, 0.6)
 # Cycles in the longest run of what nothing else moves with, by half of one.

@@ -188,7 +188,7 @@ def _with_drift(evidence: Sequence[Evidence], model: FlightModel, places: Sequen
         turn = np.vstack([np.eye(len(e.columns)), np.zeros(len(e.columns))]).T
         turn[at, -1] = friction * place.number
         if INDEX["drift"] in e.columns:
-            turn[at, e.columns.index(INDEX["drift"])] = friction * place.later_s
+            turn[at, e.columns.index(INDEX["drift"])] = model.friction_per_drift(place)
         out.append(
             Evidence(
                 (*e.columns, DRIFT_RUN),

@@ -47,6 +47,10 @@ class FlightModel:
         p[INDEX["drift"]] /= later
         return p
 
+    def friction_per_drift(self, place: RunPlace) -> float:
+        """How much more friction a run has for a unit of drift (s), which counts from its start, in its middle."""
+        return float(self.parameters[INDEX["friction"]] * place.later_s)
+
 
 @dataclass(frozen=True)
 class RunPlace:

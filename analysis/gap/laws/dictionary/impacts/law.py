@@ -214,7 +214,6 @@ def _scaled(target: str, known: Array) -> list[Candidate]:
         ("the time since the impact before", W.SINCE, ("since", "exponential", 1.0), SCALES),
         ("the approach speed, ending", W.APPROACH, ("approach", "exponential", 1.0), SCALES),
         ("the approach speed, fading", W.APPROACH, ("approach", "rational", 2.0), SCALES),
-        ("the approach speed, over one and it", W.APPROACH, ("approach", "rational", 1.0), (SCALES[-1], 1.0)),
         ("the approach speed beyond one", W.APPROACH, ("approach", "above", 1.0), SCALES[1:]),
         ("the approach speed, at once", W.APPROACH, ("approach", "beyond", 1.0), STEPS),
         ("the number of blows before, at once", W.BLOWS, ("blows", "below", 1.0), CHANGES),
