@@ -59,7 +59,7 @@ class FlightSearch:
         candidates = [*flight_candidates(scales), *pulse_candidates(rows, scales.run_s, rng)]
         seen = any(np.any(run.data.angle_sd_rad < NO_ANGLE_SD_RAD) for run in runs)
         candidates = [one for one in candidates if seen or not _asks_for_angle(one)]
-        return FlightSearch(runs, fitted, rows, scales, Listed.of(candidates, rows.columns, rows.problem))
+        return FlightSearch(runs, fitted, rows, scales, Listed.of(candidates, rows.sums, rows.problem, rows.summed))
 
     def find(self, rng: np.random.Generator, level: float, most_parts: int = MOST_PARTS) -> tuple[Found | None, float]:
         """The formula that runs held out ask for beside what the fit holds, and how often chance finds as much."""

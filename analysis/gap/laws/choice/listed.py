@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +10,18 @@ from numpy.typing import NDArray
 
 from analysis.gap.laws.choice.numbers_inside import Columns
 from analysis.gap.laws.dictionary.candidate import Candidate
-from analysis.gap.laws.regression.forms import Forms, Kin, forms_of, held_out_gains, kin_of, stretches
+from analysis.gap.laws.regression.forms import (
+    Forms,
+    Kin,
+    Table,
+    forms_of,
+    held_out_gains,
+    in_doubles,
+    kin_of,
+    stretches,
+)
 from analysis.gap.laws.regression.problem import Regression
+from ovines.core.laws.terms import Term
 
 Array = NDArray[np.float64]
 # A simpler candidate is taken where the best one's held-out gain is larger by less than this (fall of -2 log L per
@@ -22,23 +32,35 @@ PER_UNKNOWN = 4.0
 FEWEST_BLOCKS = 4.0
 
 
+def _as_it_is(problem: Regression) -> Regression:
+    return problem
+
+
 @dataclass(frozen=True, eq=False)
 class Listed:
     """Candidates with their columns ``table`` (M, C), the ``groups`` of these, what no nuisance changes of their normal
-    equations (``kin``), and the price ``looked`` (G,) of each."""
+    equations (``kin``), and the price ``looked`` (G,) of each; ``asked``: what a problem is in the table's rows, where
+    these are other ones."""
 
     candidates: Sequence[Candidate]
-    table: Array
+    table: Table
     groups: list[list[int]]
     kin: tuple[Kin, ...]
     looked: Array
+    asked: Callable[[Regression], Regression] = _as_it_is
 
     @staticmethod
-    def of(candidates: Sequence[Candidate], columns: Columns, problem: Regression) -> Listed:
-        """Those of a problem."""
+    def of(
+        candidates: Sequence[Candidate],
+        columns: Callable[[Sequence[Term]], Table],
+        problem: Regression,
+        asked: Callable[[Regression], Regression] = _as_it_is,
+    ) -> Listed:
+        """Those of a ``problem``, with ``columns`` in the rows that this has when it is ``asked``."""
+        problem = asked(problem)
         table, groups = columns_of(candidates, columns, problem.block)
         looked = np.array([one.looked for one in candidates])
-        return Listed(candidates, table, groups, kin_of(problem, table, groups), looked)
+        return Listed(candidates, table, groups, kin_of(problem, table, groups), looked, asked)
 
     @property
     def prices(self) -> Array:
@@ -48,13 +70,13 @@ class Listed:
     def gains(self, problem: Regression, scale: float) -> tuple[Forms, Array]:
         """Normal equations beside the nuisances of ``problem``, and the held-out gain (G,) of each over ``scale``, its
         price taken off."""
-        forms = forms_of(problem, self.table, self.groups, self.kin)
+        forms = forms_of(self.asked(problem), self.table, self.groups, self.kin)
         return forms, held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale - self.looked
 
 
 def columns_of(
-    candidates: Sequence[Candidate], columns: Columns, block: NDArray[np.int64]
-) -> tuple[Array, list[list[int]]]:
+    candidates: Sequence[Candidate], columns: Callable[[Sequence[Term]], Table], block: NDArray[np.int64]
+) -> tuple[Table, list[list[int]]]:
     """Columns (M, C) of all candidates, scaled to unit length, and the places of each; zero where fewer than
     :data:`FEWEST_BLOCKS` blocks would tell of them: what one flight shows is no law."""
     terms = [term for one in candidates for term in one.terms]
@@ -69,10 +91,11 @@ def columns_of(
     return table, [list(range(end - len(one.terms), end)) for one, end in zip(candidates, ends, strict=True)]
 
 
-def _lengths(table: Array, block: NDArray[np.int64]) -> Array:
+def _lengths(table: Table, block: NDArray[np.int64]) -> Array:
     """The length of each column (M, C) in each block, (B, C)."""
-    parts = [table[rows] for rows in stretches(np.unique(block, return_inverse=True)[1])]
-    return np.sqrt(np.array([np.einsum("mc,mc->c", own, own) for own in parts]).reshape(len(parts), table.shape[1]))
+    parts = stretches(np.unique(block, return_inverse=True)[1])
+    squares = [np.einsum("mc,mc->c", own, own) for own in in_doubles(table, parts)]
+    return np.sqrt(np.array(squares).reshape(len(parts), table.shape[1]))
 
 
 def _blocks_telling(length: Array) -> Array:

@@ -70,28 +70,28 @@ def find_law(
     scale, candidates, table, groups = problem.excess, listed.candidates, listed.table, listed.groups
     while len(parts) < most_parts:
         held = with_parts(problem, columns, parts)
-        forms, gains = listed.gains(held, scale)
+        asked, (forms, gains) = listed.asked(held), listed.gains(held, scale)
         best = _simplest(candidates, gains)
         # What chance's best gains is what is left of its gain, too, once its unknowns and the looking are paid.
         prices = scale * listed.prices
         told = float(gains[best] - PER_UNKNOWN * candidates[best].unknowns)
-        null = gains_by_chance(held, table, groups, [best], (DRAWS, rng), forms, prices)[1] / scale
+        null = gains_by_chance(asked, table, groups, [best], (DRAWS, rng), forms, prices)[1] / scale
         p = by_chance(null, told)
         least_p = LEVEL if parts else level
         if p > least_p and level == LEVEL_WHERE_LEFT:
             p = min(p, _by_runs(forms, prices))
             more = _with_more(held, columns, listed, best, gains) if p > least_p else []
             if more:
-                null = gains_by_chance(held, table, groups, [best, *more], (DRAWS, rng), forms, prices)[1] / scale
+                null = gains_by_chance(asked, table, groups, [best, *more], (DRAWS, rng), forms, prices)[1] / scale
                 p = min(p, by_chance(null, told))
         if not parts:
             first_p = p
         if p > least_p or gains[best] < LEAST_SHARE * gained:
             break
         beside, near, weighed = _left(held, columns, candidates[best], scale)
-        asked = np.isfinite(listed.looked)
+        free = np.isfinite(listed.looked)
         nearer = np.full(len(gains), -np.inf)
-        nearer[asked] = (gains[asked] + listed.looked[asked]) * scale / beside - listed.looked[asked]
+        nearer[free] = (gains[free] + listed.looked[free]) * scale / beside - listed.looked[free]
         shortlist = shortlist_of(near, weighed, candidates, nearer, beside)
         shortlist = _with_products(near, weighed, shortlist, multipliers, beside)
         part, own = shortlist[0]

@@ -12,16 +12,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from analysis.compiled import compiled
 from analysis.gap.laws.regression.problem import Regression, scaled_inverse
 
 Array = NDArray[np.float64]
+# Columns in single or double precision.
+Table = NDArray[np.floating[Any]]
 # A column of which so little is left beside the others is none: rounding's.
 LEAST_LEFT = 1e-9
 # What the best of noise alone explains in all but one problem in twenty, of so many drawn, is given back to the noise.
@@ -88,7 +89,7 @@ class _HeldOut(NamedTuple):
 
 
 def forms_of(
-    problem: Regression, columns: Array, groups: Sequence[Sequence[int]], kin: tuple[Kin, ...] | None = None
+    problem: Regression, columns: Table, groups: Sequence[Sequence[int]], kin: tuple[Kin, ...] | None = None
 ) -> Forms:
     """Normal equations of a problem with ``groups`` of further ``columns`` (M, C); ``kin``: those of the groups, which
     no nuisance changes, where they are known."""
@@ -96,24 +97,37 @@ def forms_of(
     first, nuisances = np.unique(problem.block, return_index=True)[1], problem.nuisances
     parts = stretches(folds)
     nuisance = np.array([nuisances[rows].T @ nuisances[rows] for rows in parts])
-    cross = np.array([nuisances[rows].T @ columns[rows] for rows in parts])
+    cross = np.array([nuisances[rows].T @ own for rows, own in zip(parts, in_doubles(columns, parts), strict=True)])
     kin = kin_of(problem, columns, groups) if kin is None else kin
     scores = _scores(problem, columns, problem.residual)
     return Forms(nuisance, cross, kin, scores, folds[first], problem.prior)
 
 
-def kin_of(problem: Regression, columns: Array, groups: Sequence[Sequence[int]]) -> tuple[Kin, ...]:
+def kin_of(problem: Regression, columns: Table, groups: Sequence[Sequence[int]]) -> tuple[Kin, ...]:
     """Groups of ``columns`` (M, C) by their size, and their products in each fold of a problem."""
-    own = [columns[rows] for rows in stretches(problem.folds)]
-    squares = [np.einsum("mc,mc->c", mine, mine) for mine in own]
     size = np.array([len(group) for group in groups])
-    kin = []
-    for s in np.unique(size):
-        number = np.flatnonzero(size == s)
-        at = np.array([groups[int(g)] for g in number], np.int64).reshape(len(number), s)
-        products = [_products(mine, of_each, at) for mine, of_each in zip(own, squares, strict=True)]
-        kin.append(Kin(number, at, np.array(products)))
-    return tuple(kin)
+    numbers = [np.flatnonzero(size == s) for s in np.unique(size)]
+    ats = [np.array([groups[int(g)] for g in number], np.int64).reshape(len(number), -1) for number in numbers]
+    products: list[list[Array]] = [[] for _ in numbers]
+    for own in in_doubles(columns, stretches(problem.folds)):
+        squares = np.einsum("mc,mc->c", own, own)
+        for of_size, at in zip(products, ats, strict=True):
+            of_size.append(_products(own, squares, at))
+    return tuple(Kin(number, at, np.array(all_)) for number, at, all_ in zip(numbers, ats, products, strict=True))
+
+
+def in_doubles(columns: Table, parts: Sequence[NDArray[np.int64] | slice]) -> Iterator[Array]:
+    """Each of the ``parts`` of a table (M, C) in double precision, until the next: a dictionary's is kept in single, as
+    it is the largest thing that a diagnosis holds."""
+    if columns.dtype == float:
+        yield from (np.asarray(columns[rows], float) for rows in parts)
+        return
+    rows_of = np.arange(len(columns))
+    room = np.empty((max(len(rows_of[rows]) for rows in parts), columns.shape[1]))
+    for rows in parts:
+        own = room[: len(rows_of[rows])]
+        own[:] = columns[rows]
+        yield own
 
 
 def stretches(number: NDArray[np.int64]) -> list[NDArray[np.int64] | slice]:
@@ -140,7 +154,7 @@ def _products(columns: Array, squares: Array, at: NDArray[np.int64]) -> Array:
 
 def gains_by_chance(
     problem: Regression,
-    columns: Array,
+    columns: Table,
     groups: Sequence[Sequence[int]],
     best: Sequence[int],
     drawn: tuple[int, np.random.Generator],
@@ -158,7 +172,7 @@ def gains_by_chance(
     gains = held_out_gains(forms, np.ones((1, len(forms.fold))))[0]
     price = np.zeros(len(gains)) if prices is None else prices
     best = best or [int(np.argmax(gains - price))]
-    taken = problem.with_columns(columns[:, sorted({i for one in best for i in groups[one]})])
+    taken = problem.with_columns(np.asarray(columns[:, sorted({i for one in best for i in groups[one]})], float))
     left = problem.residual - taken.nuisances @ taken.fitted(taken.nuisances, taken.prior)
     explained = problem.residual - problem.nuisances @ problem.fitted(problem.nuisances, problem.prior) - left
     draws, rng = drawn
@@ -173,12 +187,12 @@ def gains_by_chance(
     return gains, largest(left + given_back * explained, draws)
 
 
-def _scores(problem: Regression, columns: Array, residual: Array) -> Array:
+def _scores(problem: Regression, columns: Table, residual: Array) -> Array:
     """Scores (B, P + C) of each block."""
-    block = np.unique(problem.block, return_inverse=True)[1]
-    count = len(residual)
-    told = csr_matrix((residual, (block, np.arange(count))), shape=(int(block.max(initial=-1)) + 1, count))
-    return np.hstack([told @ problem.nuisances, told @ columns])
+    parts = stretches(np.unique(problem.block, return_inverse=True)[1])
+    told = np.array([residual[rows] @ own for rows, own in zip(parts, in_doubles(columns, parts), strict=True)])
+    held = np.array([residual[rows] @ problem.nuisances[rows] for rows in parts])
+    return np.hstack([one.reshape(len(parts), -1) for one in (held, told)])
 
 
 def held_out_gains(forms: Forms, signs: Array, scores: Array | None = None) -> Array:
