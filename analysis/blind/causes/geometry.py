@@ -206,7 +206,7 @@ GEOMETRY = [
     Cause(
         "unknown_clay_liner",
         "geometry",
-        changes({"clay_m": 9e-5}),
+        changes({"clay_m": 1.1e-4}),
         follows="how many blows the place of the wall has had, in its radius",
         round_only=True,
         short_blows=True,

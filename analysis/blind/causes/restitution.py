@@ -65,8 +65,8 @@ def _climbing_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 
 def _catching_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """Up to a speed that a third of the blows do not have, about."""
-    out = {"caught": 0.9 * size * spread(rng), "caught_m_per_s": float(rng.uniform(0.5, 0.7))}
+    """Up to a speed that a third of the blows have, about, beside mere touches."""
+    out = {"caught": 0.75 * size * spread(rng), "caught_m_per_s": float(rng.uniform(0.7, 0.9))}
     draft.plant.update(out)
     return out
 

@@ -123,8 +123,8 @@ def pressed(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
 @inlined
 def kneaded(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
     """How much farther the disk's middle gets in a ring lined with clay, which is smoothed before each run: `clay_m` n,
-    n the blows before in the wall's sector there, from the middle of one of `SECTORS` to that of the next like f^2
-    (3 - 2 f), f the share of the way."""
+    n the harder blows before in the wall's sector there; from the middle of one of `SECTORS` to that of the next it
+    goes over like f^2 (3 - 2 f), f the share of the way."""
     wide = 2.0 * np.pi / SECTORS
     place = azimuth / wide - 0.5
     low = np.floor(place)
