@@ -27,9 +27,12 @@ from analysis.blind.recording.markers import (
     flung,
     misread,
     on_the_board,
+    padded,
     papered,
     played,
+    printed,
     risen,
+    slid,
     world_points,
 )
 from analysis.blind.recording.noise import Noise, draw_noise
@@ -194,7 +197,9 @@ def _points(
         card = risen(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
         card = misread(card, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
+        points = padded(points, time_s, motion.lines, errors)
         points = crept(points, pose.nes[:, 3], time_s, motion.impacts, errors)
+        points = slid(points, pose.nes[:, 3], time_s, errors)
         points = shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors)
         out.append(on_the_board(bulged(points, pose.host, errors), errors))
     return out
@@ -224,7 +229,8 @@ def _one_run(
         poses = [
             blurred(p, t, errors.blur_s, np.random.default_rng(smeared)) for p, t in zip(poses, times, strict=True)
         ]
-    points = _points(motion, poses, times, papered(outline.marks, run, errors), errors)
+    marks = printed(papered(outline.marks, run, errors), errors)
+    points = _points(motion, poses, times, marks, errors)
     shaking = shaking_of(times[0], motion.lines, motion.impacts[:, 0], motion.kicks, run, errors)
     tracks = tracks_of(points, times, place.frame_rate_hz, outline.views, errors, outline.noise, rng, shaking)
     tracks["time_s"] *= place.slower

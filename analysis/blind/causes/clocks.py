@@ -68,6 +68,12 @@ def _flickering_lamps(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"flicker_s": draft.view["flicker_s"], "frequency_hz": draft.view["flicker_hz"]}
 
 
+def _waking_trigger(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Late or early at first, in each run alike."""
+    draft.view["waking_s"] = 2.1e-4 * size * spread(rng) * sign(rng)
+    return {"waking_s": draft.view["waking_s"]}
+
+
 def _exposure_control(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A lamp at any side."""
     draft.view.update(exposure_s=1.3e-4 * size * spread(rng), exposure_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
@@ -122,6 +128,13 @@ CLOCKS = [
         "measurement",
         _settling_loop,
         follows="the time in the run, to and fro and dying out, and the velocity in the picture",
+    ),
+    # A second camera whose trigger takes a while from a run's beginning on to come to its pace.
+    Cause(
+        "unknown_waking_trigger",
+        "measurement",
+        _waking_trigger,
+        follows="the time in the run, ever less, and the velocity in the picture",
     ),
     # A second camera whose trigger has a worn relay, on the rig's own bench.
     Cause(

@@ -191,6 +191,20 @@ FLOOR_FRICTION = [
         changes({"strengthening": 0.22}),
         follows="the logarithm of the slip's speed",
     ),
+    # A floor of a polymer, whose friction goes with a power of the speed.
+    Cause(
+        "unknown_polymer_floor",
+        "flight",
+        changes({"powered": 0.25}),
+        follows="a power of the slip's speed",
+    ),
+    # Air that the disk draws below itself as it spins.
+    Cause(
+        "unknown_riding_disk",
+        "flight",
+        changes({"riding_s": 0.0023}),
+        follows="the size of the spin over the Host's floor, in the friction",
+    ),
     # --- by the direction of sliding ---
     Cause("unknown_anisotropic_friction", "flight", changes({"anisotropy": 0.25}, ("anisotropy_phase_rad",))),
     # A floor turned on a lathe, with a spiral of fine grooves.

@@ -30,6 +30,14 @@ def _humid_day(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"humid": most, "phase_rad": phase}
 
 
+def _settling_dust(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Wiped off before the first run and before every third, fourth or fifth from then on: as much less than on the
+    mean just after that as more just before, evenly in between."""
+    most, every = 0.25 * size * spread(rng), int(rng.integers(3, 6))
+    draft.run_numbers.update(dusted=most * (2.0 * (np.arange(runs) % every) / (every - 1) - 1.0))
+    return {"dusted": most, "every": float(every)}
+
+
 def _warming_bench(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """By e to minus the runs before, more at first, around the mean of the series."""
     most = 0.4 * size * spread(rng)
@@ -224,6 +232,14 @@ FLOOR_HISTORY = [
         "flight",
         _humid_day,
         follows="the number of the run, once up and down",
+        rivals=("friction_drift",),
+    ),
+    # Dust that settles from run to run, and that somebody wipes off now and then.
+    Cause(
+        "unknown_settling_dust",
+        "flight",
+        _settling_dust,
+        follows="the number of the run since the last of some that are evenly spaced",
         rivals=("friction_drift",),
     ),
     # A bench that warms in the first runs of a day.

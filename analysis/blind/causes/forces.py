@@ -422,6 +422,13 @@ FORCES = [
         changes({"core_per_s": 1.6}),
         follows="the spin against its mean over the last 30 ms",
     ),
+    # A burr around the washer's hole, on which it turns as on a pivot.
+    Cause(
+        "unknown_rubbing_hub",
+        "flight",
+        changes({"hub_rad_per_s2": 55.0}),
+        follows="the sense of the spin over the Host's floor, whatever its size",
+    ),
     # A washer faced on a lathe: its spiral groove turns it as it slides.
     Cause(
         "unknown_spiral_face", "flight", changes({"spiral_rad_per_s2": 32.0}, signed=True), follows="the slip's speed"

@@ -71,6 +71,14 @@ def _refitted_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"refit_x_m": x, "refit_y_m": y, "runs_before": float((runs + 1) // 2)}
 
 
+def _jerked_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """The same way in each run, and in each at a time of its own; it is put back before the next."""
+    out = {"jerked_m": 3.2e-4 * size * spread(rng), "jerked_rad": float(rng.uniform(0.0, 2.0 * np.pi))}
+    draft.plant.update(out)
+    draft.run_numbers["jerked_share"] = rng.uniform(0.25, 0.6, runs)
+    return out
+
+
 def _orbiting_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A ring that falls back to its place between the runs, and rolls round in each of them alike."""
     out = {
@@ -194,6 +202,15 @@ GEOMETRY = [
         round_only=True,
         short_blows=True,
     ),
+    # A ring lined with clay, which blows knead and which is smoothed before each run.
+    Cause(
+        "unknown_clay_liner",
+        "geometry",
+        changes({"clay_m": 1.1e-4}),
+        follows="how many blows the place of the wall has had, in its radius",
+        round_only=True,
+        short_blows=True,
+    ),
     # --- the disk's shape ---
     Cause("unknown_oval_disk", "geometry", _oval_disk, round_only=True),
     Cause("unknown_lobed_disk", "geometry", changes({"trilobe": 0.004}, ("trilobe_rad",)), round_only=True),
@@ -306,6 +323,13 @@ GEOMETRY = [
     Cause("unknown_squashed_ring", "geometry", _squashed_ring, round_only=True),
     # A ring that slips in its clamps in the course of a run.
     Cause("unknown_slipping_ring", "geometry", changes({"slipping_m": 3.5e-4}, ("slipping_rad",))),
+    # A ring that slips in its clamps once in each run, all at once.
+    Cause(
+        "unknown_jerked_ring",
+        "geometry",
+        _jerked_ring,
+        follows="the time in the run, from one on, and the contact's normal",
+    ),
     # A ring that lies to one side of its seat, until it is taken out for cleaning and then lies to the other.
     Cause("unknown_refitted_ring", "geometry", _refitted_ring),
     # A ring that creeps in its clamps from run to run.

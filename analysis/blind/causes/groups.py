@@ -415,4 +415,21 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_rounded_pixels",
         "unknown_swelling_paper",
     ),
+    # what is probable on a real bench, listed anew before the plant was read and drawn by lot
+    "probable": (
+        "unknown_rubbing_hub",
+        "unknown_settling_dust",
+        "unknown_polymer_floor",
+        "unknown_riding_disk",
+        "unknown_heeling_disk",
+        "unknown_catching_wall",
+        "unknown_jerked_ring",
+        "unknown_clay_liner",
+        "unknown_pressed_button",
+        "unknown_stretched_print",
+        "unknown_waking_trigger",
+        "unknown_padded_markers",
+        "unknown_sliding_sticker",
+        "unknown_scaled_print",
+    ),
 }

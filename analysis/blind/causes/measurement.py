@@ -34,6 +34,25 @@ def _creeping_sticker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"x_m": x, "y_m": y, "marker": float(draft.view["creeping_marker"] + 1)}
 
 
+def _sliding_sticker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Any sticker but the middle one, any way on the disk."""
+    way = vector(4.6e-4 * size * spread(rng), rng)
+    draft.view.update(sliding_m_per_s=way, sliding_marker=int(rng.integers(1, 5)))
+    return {"x_m_per_s": way[0], "y_m_per_s": way[1], "marker": float(draft.view["sliding_marker"] + 1)}
+
+
+def _stretched_print(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Too long or too short."""
+    draft.view["print_stretch"] = 0.0055 * size * spread(rng) * sign(rng)
+    return {"print_stretch": draft.view["print_stretch"]}
+
+
+def _scaled_print(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Too large or too small."""
+    draft.view["print_scale"] = 0.023 * size * spread(rng) * sign(rng)
+    return {"print_scale": draft.view["print_scale"]}
+
+
 def _eccentric_print(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """To any side of the disk."""
     draft.view.update(reading_rad=0.034 * size * spread(rng), reading_at_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
@@ -122,6 +141,16 @@ def _shaking_tripod(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
         tripod_s=float(rng.uniform(0.0, 0.02)),
     )
     return {"tripod_px": draft.view["tripod_px"], "late_s": draft.view["tripod_s"]}
+
+
+def _pressed_button(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """In any direction of the picture, in each run alike."""
+    draft.view.update(
+        button_px=2.3 * size * spread(rng),
+        button_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+        button_hz=float(rng.uniform(6.0, 18.0)),
+    )
+    return {"button_px": draft.view["button_px"], "frequency_hz": draft.view["button_hz"]}
 
 
 def _twisted_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -244,6 +273,34 @@ MEASUREMENT = [
         _creeping_sticker,
         follows="the number of blows so far, at one marker of the disk",
     ),
+    # A sticker of the disk whose glue is soft, and which is put right before each run.
+    Cause(
+        "unknown_sliding_sticker",
+        "measurement",
+        _sliding_sticker,
+        follows="the time in the run, at one marker of the disk",
+    ),
+    # Markers of disk and Host from a printer that stretches its sheets.
+    Cause(
+        "unknown_stretched_print",
+        "measurement",
+        _stretched_print,
+        follows="the place of the markers along one direction of their body",
+    ),
+    # Markers of the disk that were printed in another size than they were drawn.
+    Cause(
+        "unknown_scaled_print",
+        "measurement",
+        _scaled_print,
+        follows="the place of the disk's markers from its middle",
+    ),
+    # Markers of the Host on soft pads, which stay back as it is accelerated.
+    Cause(
+        "unknown_padded_markers",
+        "measurement",
+        seen("pads_m", 2.3e-4),
+        follows="the Host's acceleration, in all of its markers",
+    ),
     # Markers of the disk that were printed around another point than their middle.
     Cause(
         "unknown_eccentric_print",
@@ -343,6 +400,13 @@ MEASUREMENT = [
         "measurement",
         _shaking_tripod,
         follows="the Host's acceleration along the drive's axis, some time before",
+    ),
+    # A camera whose button somebody presses as a run begins.
+    Cause(
+        "unknown_pressed_button",
+        "measurement",
+        _pressed_button,
+        follows="the time in the run, to and fro and dying out, the same all over one camera's picture",
     ),
     # A camera on the shaker's own frame, which the drive's reaction twists.
     Cause(

@@ -64,6 +64,13 @@ def _climbing_disk(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _catching_wall(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Up to a speed that a third of the blows have, about, beside mere touches."""
+    out = {"caught": 0.75 * size * spread(rng), "caught_m_per_s": float(rng.uniform(0.7, 0.9))}
+    draft.plant.update(out)
+    return out
+
+
 def _backed_screw(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Evenly from run to run, as much harder than on the mean at first as softer at last."""
     most = 0.2 * size * spread(rng)
@@ -193,6 +200,21 @@ RESTITUTION = [
         _climbing_disk,
         follows="whether the approach speed is above some speed",
         rivals=("speed_dependent_restitution",),
+    ),
+    # A sticky wall, which holds on to what comes slowly.
+    Cause(
+        "unknown_catching_wall",
+        "impact",
+        _catching_wall,
+        follows="whether the approach speed is below some speed",
+        rivals=("speed_dependent_restitution",),
+    ),
+    # A disk that heels over as it slips along the wall.
+    Cause(
+        "unknown_heeling_disk",
+        "impact",
+        changes({"heeled": 0.21}),
+        follows="the slip's size over the approach speed, evenly, in the rebound",
     ),
     # A washer that yields in hard blows only.
     Cause(

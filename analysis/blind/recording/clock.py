@@ -11,6 +11,7 @@ SHOCK_M_PER_S = 1.0  # change of the disk's velocity in a blow after which a tri
 EXPOSED_M = 0.04  # from the Host's middle to where a camera's exposure is off by what its cause says: at the wall
 EXPOSED_MOST = 1.5  # of that, in a corner of the wall
 SHOCK_S = 0.04  # in which it recovers: most of a flight
+WAKING_S = 0.3  # in which a trigger comes to its pace by two thirds: a quarter of a run
 LOOP_S = 0.4  # in which a clock that is pulled in swings out: a third of a run
 
 
@@ -19,7 +20,7 @@ def latest_s(errors: ViewErrors, longest_s: float) -> float:
     late_s = abs(errors.clock_s) + 5 * errors.jitter_s + 1.5 * abs(errors.grounded_s)
     late_s += 0.5 * abs(errors.free_running) * longest_s + 0.5 * abs(errors.sync_s)
     late_s += max((abs(late) for late in errors.started_s), default=0.0)
-    late_s += EXPOSED_MOST * abs(errors.exposure_s)
+    late_s += EXPOSED_MOST * abs(errors.exposure_s) + abs(errors.waking_s)
     late_s += 0.5 * errors.tick_s + abs(errors.loop_s)
     return late_s + 6.0 * abs(errors.shocked_s) + abs(errors.flicker_s)
 
@@ -59,6 +60,7 @@ def of_the_second_camera(
     `lines` of the Host's path, `kicks` (k, 2) of the disk at `impact_s`."""
     late_s = grounded_s(time_s, lines, errors) + free_running_s(time_s, errors) + pulsed_s(time_s, errors)
     late_s += shocked_s(time_s, impact_s, kicks, errors) + looped_s(time_s, errors)
+    late_s += woken_s(time_s, errors)
     late_s += dropped_s(len(time_s), run, rate_hz, errors)
     if errors.started_s:  # by a program, which is never as quick
         late_s += errors.started_s[run]
@@ -97,6 +99,14 @@ def looped_s(time_s: Floats, errors: ViewErrors) -> Floats:
         return np.zeros(len(time_s))
     passed = np.maximum(time_s, 0.0)
     return errors.loop_s * np.exp(-passed / LOOP_S) * np.cos(2.0 * np.pi * errors.loop_hz * passed)
+
+
+def woken_s(time_s: Floats, errors: ViewErrors) -> Floats:
+    """How late it is (n,) where its trigger comes to its pace as a run goes on: by `waking_s` exp(-t / `WAKING_S`), t
+    the time in the run."""
+    if errors.waking_s == 0.0:
+        return np.zeros(len(time_s))
+    return errors.waking_s * np.exp(-np.maximum(time_s, 0.0) / WAKING_S)
 
 
 def exposed_s(place_m: Floats, errors: ViewErrors) -> Floats:

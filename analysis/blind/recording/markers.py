@@ -8,7 +8,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats
 from analysis.blind.plant.host import HOST_M_PER_S2, host_pose
 from analysis.blind.recording.errors import ViewErrors
-from analysis.blind.recording.views import DISK, GROUND_M, HOST_M, NES_M
+from analysis.blind.recording.views import DISK, GROUND_M, HOST, HOST_M, NES_M
 
 FLUNG_RAD_PER_S = 40.0  # spin at which a loose sticker stands out half the way
 RISEN_S = 0.05  # in which a disk that a blow has lifted comes down again: a flight
@@ -113,6 +113,39 @@ def papered(marks: Marks, run: int, errors: ViewErrors) -> Marks:
         return marks
     wider = np.array([1.0 + errors.paper[run], 1.0 + errors.paper[run], 1.0])
     return replace(marks, host_m=marks.host_m * wider)
+
+
+def printed(marks: Marks, errors: ViewErrors) -> Marks:
+    """The markers of a printer that stretches its sheets along their feed, which lies along x of disk and Host: x is
+    larger by the share `print_stretch`; and the disk's own as printed in another size, farther from its middle by the
+    share `print_scale`."""
+    if errors.print_stretch == 0.0 and errors.print_scale == 0.0:
+        return marks
+    longer, larger = 1.0 + errors.print_stretch, 1.0 + errors.print_scale
+    host_m, nes_m = np.array([longer, 1.0, 1.0]), np.array([longer * larger, larger, 1.0])
+    return Marks(marks.host_m * host_m, marks.nes_m * nes_m)
+
+
+def padded(points_m: Floats, time_s: Floats, lines: Floats, errors: ViewErrors) -> Floats:
+    """Points (frames, markers, 3) at `time_s` (frames,) where the Host's markers are on soft pads and all stay back, by
+    the acceleration of its `lines` (m, 7): `pads_m` at `HOST_M_PER_S2`."""
+    if errors.pads_m == 0.0:
+        return points_m
+    out, pull = points_m.copy(), np.array([host_pose(t, lines)[2][:2] for t in time_s])
+    out[:, HOST, :2] -= errors.pads_m * pull[:, None] / HOST_M_PER_S2
+    return out
+
+
+def slid(points_m: Floats, angle_rad: Floats, time_s: Floats, errors: ViewErrors) -> Floats:
+    """Points (frames, markers, 3) where one sticker of the disk slides on its soft glue, always the same way on it, and
+    is put right between the runs: by `sliding_m_per_s` (x, y in the disk, whose angle is `angle_rad`) times the time
+    `time_s` in the run."""
+    if errors.sliding_m_per_s == (0.0, 0.0):
+        return points_m
+    c, s, (x, y), out = np.cos(angle_rad), np.sin(angle_rad), errors.sliding_m_per_s, points_m.copy()
+    way = np.maximum(time_s, 0.0)[:, None] * np.column_stack([c * x - s * y, s * x + c * y])
+    out[:, DISK[errors.sliding_marker], :2] += way
+    return out
 
 
 def bent_m(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:

@@ -10,6 +10,7 @@ from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.views import DISK, WINDOW_PX, View
 
 SHAKE_DECAY_S = 0.04  # of a tripod on the bench: gone before the next impact but one
+BUTTON_S = 0.3  # in which a camera whose button was pressed comes to rest: a quarter of a run
 BLOCK_PX = 8.0  # side of the blocks that a film is coded in
 HAZE_PX = 250.0  # between two crests of haze in a picture: 5 cm over the rig, where warm air rises in billows
 COLD_RUNS = 3.0  # after which a camera has warmed by two thirds
@@ -142,10 +143,22 @@ def by_the_first_camera(
     if shaking.first_off_px is not None:
         pixels = pixels + shaking.first_off_px
     pixels = followed(decentred(refocused(pixels, view, errors), view, errors), view, errors)
+    pixels = released(pixels, time_s, errors)
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
     pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
     swing = shaking.zoom + errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
     return pixels + (pixels - view.centre_px) * swing[:, None, None]
+
+
+def released(pixels: Floats, time_s: Floats, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) at `time_s` (frames,) of a camera whose button somebody has pressed, and which swings
+    on its tripod as the run begins: by `button_px` exp(-t / `BUTTON_S`) cos(2 pi `button_hz` t) along `button_rad` of
+    the picture, t the time in the run."""
+    if errors.button_px == 0.0:
+        return pixels
+    passed = np.maximum(time_s, 0.0)
+    swing = errors.button_px * np.exp(-passed / BUTTON_S) * np.cos(2.0 * np.pi * errors.button_hz * passed)
+    return pixels + swing[:, None, None] * np.array([np.cos(errors.button_rad), np.sin(errors.button_rad)])
 
 
 def refocused(pixels: Floats, view: View, errors: ViewErrors) -> Floats:

@@ -55,6 +55,7 @@ BEADS_M = 0.03  # way on which beads turn to the disk's new direction: half of a
 SUCTION_M_PER_S = 0.3  # slip at which half of a wet film's suction is left
 BREAK_M_PER_S = 0.1  # of the slip's speed, within which a disk breaks away: no step for the integrator
 STRONGER_M_PER_S, CREEP_M_PER_S = 0.7, 0.05  # speed at which friction is what it is; below which it falls no more
+LEAST_RIDING = 0.1  # share of the friction that a disk keeps however fast it spins
 
 
 @inlined
@@ -197,6 +198,8 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     A wet film draws down what slides over it slowly: 1 + `suction` / (1 + speed / `SUCTION_M_PER_S`).
     Junctions that are sheared fast are stronger: 1 + `strengthening` log((speed + `CREEP_M_PER_S`) /
     `STRONGER_M_PER_S`).
+    Friction of a polymer goes with a power of the speed: ((speed + `CREEP_M_PER_S`) / `STRONGER_M_PER_S`)^`powered`.
+    A disk that spins draws air below itself and rides on it: 1 - `riding_s` times its spin over the floor.
     """
     share = 1.0
     if p.lift != 0.0:
@@ -218,6 +221,11 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     if p.strengthening != 0.0:
         speed = np.sqrt(at.slip_x**2 + at.slip_y**2) + CREEP_M_PER_S
         share *= max(1.0 + p.strengthening * np.log(speed / STRONGER_M_PER_S), 0.0)
+    if p.powered != 0.0:
+        speed = np.sqrt(at.slip_x**2 + at.slip_y**2) + CREEP_M_PER_S
+        share *= (speed / STRONGER_M_PER_S) ** p.powered
+    if p.riding_s != 0.0:
+        share *= max(1.0 - p.riding_s * abs(at.turning), LEAST_RIDING)
     return share
 
 
@@ -288,6 +296,7 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     The air of the room is more and less humid in the course of a day: 1 + `humid`, the run's own.
     The washer's face is damp as a run begins, and rubs itself dry: 1 + `damp` exp(-t / `damp_s`), t the run's time.
     The bench warms in the course of a day: 1 + `bench`, the run's own.
+    Dust settles until somebody wipes it off: 1 + `dusted`, the run's own.
     Blows glaze what slides, and the floor holds it less and less: exp(-`glazed` n), n the blows before; or they strew
     grit, and it is held more and more: 1 + `strewn` n.
     The compressor below an air table pulsates: 1 + `pulsing` sin(`pulsing_rad_per_s` t + `pulsing_rad`), t the time in
@@ -317,6 +326,8 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 + p.humid, 0.0)
     if p.damp != 0.0:
         share *= max(1.0 + p.damp * np.exp(-max(at.time, 0.0) / p.damp_s), 0.0)
+    if p.dusted != 0.0:
+        share *= max(1.0 + p.dusted, 0.0)
     if p.bench != 0.0:
         share *= max(1.0 + p.bench, 0.0)
     if p.glazed != 0.0:

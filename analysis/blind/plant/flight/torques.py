@@ -9,6 +9,7 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, CORE, SPIN, VX, VY
 
 RATCHET_EDGE_RAD_PER_S = 5.0  # spin within which a one-sided brake comes in: no step for the integrator
+HUB_RAD_PER_S = 3.0  # and one that brakes either way
 CORE_S = 0.03  # in which a loose core takes up the disk's spin: half of a flight
 
 
@@ -59,11 +60,15 @@ def _add_face(at: Instant, p: PlantParameters, out: Floats) -> None:
 
     A face turned on a lathe has a spiral groove, which turns the disk like a screw as it slides: `spiral_rad_per_s2`
     (slip / 1 m/s), whatever the slip's direction.
+    A burr around the washer's hole rubs like a pivot, by the same torque however fast: the spin over the floor is
+    braked by `hub_rad_per_s2` tanh(spin / `HUB_RAD_PER_S`).
     """
     if p.ratchet_rad_per_s2 != 0.0:
         brake = abs(p.ratchet_rad_per_s2)
         sense = 1.0 if p.ratchet_rad_per_s2 > 0.0 else -1.0
         out[SPIN] -= sense * brake * max(np.tanh(sense * at.state[SPIN] / RATCHET_EDGE_RAD_PER_S), 0.0)
+    if p.hub_rad_per_s2 != 0.0:
+        out[SPIN] -= p.hub_rad_per_s2 * np.tanh(at.turning / HUB_RAD_PER_S)
     out[SPIN] += p.spiral_rad_per_s2 * np.sqrt(at.slip_x**2 + at.slip_y**2)
 
 

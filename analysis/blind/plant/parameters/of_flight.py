@@ -90,6 +90,8 @@ class FlightParameters:
     breakaway_m_per_s: float = 1.0
     suction: float = 0.0  # floor friction more by this share at rest, less with one over one and the speed
     strengthening: float = 0.0  # floor friction more by this share where the speed is e times as much
+    powered: float = 0.0  # power of the speed with which floor friction goes
+    riding_s: float = 0.0  # share of the floor friction lost per rad/s of spin over the floor
     chatter: float = 0.0  # share of the floor friction lost at slips near chatter_m_per_s
     chatter_m_per_s: float = 0.7
     # ... by the direction, and what turns it aside
@@ -133,6 +135,7 @@ class FlightParameters:
     humid: float = 0.0  # of each run: floor friction more by this share
     damp: float = 0.0  # floor friction more by this share as a run begins ...
     damp_s: float = 0.4  # ... and less by two thirds of it after this
+    dusted: float = 0.0  # of each run: floor friction more by this share
     bench: float = 0.0  # of each run: floor friction more by this share
     glazed: float = 0.0  # floor friction times e to minus this times the blows of the run so far
     strewn: float = 0.0  # floor friction more by this share with each blow of a run
@@ -287,5 +290,6 @@ class FlightParameters:
     vane_rad: float = 0.0
     wound_per_s2: float = 0.0  # a wire turns the disk back by this times its angle, whole turns counted ...
     wound_rad: float = 0.0  # ... from this one on
+    hub_rad_per_s2: float = 0.0  # spin over the floor is braked by this, whichever way
     spiral_rad_per_s2: float = 0.0  # the disk is turned by this at 1 m/s of slip
     core_per_s: float = 0.0  # a loose core holds the spin back by this times what it lacks of it

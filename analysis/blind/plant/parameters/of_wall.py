@@ -36,6 +36,7 @@ class WallParameters:
     warping_m: float = 0.0  # of each run: the wall's radius is more by this along one line, less across it ...
     warping_rad: float = 0.0  # ... this one
     pressed_m: float = 0.0  # the wall's radius is more by this where it was struck the last time, less across that
+    clay_m: float = 0.0  # the wall stands back by this much more where a blow has struck, with each
     packed_m: float = 0.0  # of each run: how far the wall stands back
     # the disk's shape
     oval: float = 0.0  # the disk's radius, relative to the contact radius, twice around its rim
@@ -86,6 +87,9 @@ class WallParameters:
     squash_rad: float = 0.0
     slipping_m: float = 0.0  # the wall moves by twice this much during a run
     slipping_rad: float = 0.0
+    jerked_m: float = 0.0  # the wall moves by twice this much, once in a run ...
+    jerked_rad: float = 0.0  # ... in this direction ...
+    jerked_share: float = 0.5  # ... of each run: after this share of it
     trailing_m: float = 0.0  # the wall trails behind the Host's velocity by this much
     orbit_m: float = 0.0  # the wall lies this far off, in a direction that goes round
     orbit_rad: float = 0.0
@@ -150,6 +154,9 @@ class WallParameters:
     giving_m_per_s: float = 1.0
     climbing: float = 0.0  # share of a rebound's energy lost in blows harder than climbing_m_per_s
     climbing_m_per_s: float = 1.2
+    caught: float = 0.0  # share of the restitution lost in blows slower than caught_m_per_s
+    caught_m_per_s: float = 0.6
+    heeled: float = 0.0  # restitution lost where the slip is as fast as the approach, in proportion to their ratio
     plastic: float = 0.0  # restitution less in hard blows and more in light ones, with the fourth root of the approach
     wetted_m_per_s: float = 0.0  # speed that the wall's film takes of a blow's approach
     adhesion_m_per_s: float = 0.0  # the wall keeps the energy of this speed in each impact

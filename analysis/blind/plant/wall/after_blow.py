@@ -33,6 +33,7 @@ from analysis.blind.plant.wall.motion import swing, tiredness
 from analysis.blind.plant.wall.restitution import struck_sector
 
 TOUCH_M_PER_S = 0.3  # approach of an impact that is a mere touch: of a disk that comes to rest at the wall
+KNEADING_M_PER_S = 0.7  # approach of a blow that clay yields to: a disk that hops round the wall is slower
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
 
 
@@ -90,6 +91,8 @@ def remember(
         new[HERE_X], new[HERE_Y] = blow.middle_x, blow.middle_y
         remember_swing(new, state, blow.time, p)
         if p.hammered != 0.0 and blow.approach > TOUCH_M_PER_S:
+            new[DENTS + struck_sector(blow.azimuth)] += 1.0
+        if p.clay_m != 0.0 and blow.outer and blow.approach > KNEADING_M_PER_S:
             new[DENTS + struck_sector(blow.azimuth)] += 1.0
         if p.heated != 0.0:
             new[HEAT] = state[HEAT] + taken(blow, push_n, push_t, p)

@@ -13,6 +13,7 @@ from analysis.blind.plant.wall.motion import leaked, receded, squashed, wall_off
 from analysis.blind.plant.wall.shape import (
     flat_gap,
     heating_speed,
+    kneaded,
     peeled,
     planed,
     pressed,
@@ -49,6 +50,9 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
             far, rise = far + more, rise + steeper
         if p.pressed_m != 0.0:
             more, steeper = pressed(azimuth, state, p)
+            far, rise = far + more, rise + steeper
+        if p.clay_m != 0.0:
+            more, steeper = kneaded(azimuth, state, p)
             far, rise = far + more, rise + steeper
         if p.peeling_m != 0.0:
             more, steeper = peeled(azimuth, state, p)

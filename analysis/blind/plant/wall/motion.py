@@ -12,6 +12,7 @@ SLEEVE_S = 0.06  # in which a sleeve comes to rest: about the time from blow to 
 TIRED_S = 0.12  # in which a liner recovers: two or three blows
 PLAY_M_PER_S2 = 20.0  # acceleration of the Host that throws a ring to three quarters of its play: two g
 NOD_S = 0.05  # in which a wall's swing dies out: about a flight
+JERK_WITHIN_S = 5e-3  # in which a ring that slips at once has gone three quarters of its way
 HUM_M_PER_S = 0.2  # approach from which on a blow meets a humming wall as it just moves: a slower one lasts longer
 RECEDING_BLOWS = 8.0  # after which a wall that recedes lies where it does on the mean of a run
 LEAK_M2_PER_S2 = 3.0  # squared approaches that press half of its air out of a liner
@@ -24,8 +25,8 @@ def wall_offset(
     time: float, state: Floats, velocity: Four, acceleration: Four, p: PlantParameters
 ) -> tuple[float, float]:
     """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, crept, bolted on anew, on
-    springs, with play, on one screw, pushed by the last blow, slipping, trailing, rolling round, swinging; of the
-    Host's `velocity` and `acceleration`."""
+    springs, with play, on one screw, pushed by the last blow, slipping, jerked, trailing, rolling round, swinging; of
+    the Host's `velocity` and `acceleration`."""
     x, y = p.refit_x_m + p.crept_x_m, p.refit_y_m + p.crept_y_m
     x, y = x + p.rebolted_x_m, y + p.rebolted_y_m
     if p.springy_m != 0.0:
@@ -41,6 +42,9 @@ def wall_offset(
     if p.slipping_m != 0.0:
         off_x, off_y = _slipped(time, p)
         x, y = x + off_x, y + off_y
+    if p.jerked_m != 0.0:
+        way = p.jerked_m * np.tanh(_after_jerk(time, p))
+        x, y = x + way * np.cos(p.jerked_rad), y + way * np.sin(p.jerked_rad)
     if p.trailing_m != 0.0:
         off_x, off_y = _trailing(velocity, p)
         x, y = x + off_x, y + off_y
@@ -72,6 +76,9 @@ def wall_velocity(
     if p.slipping_m != 0.0:
         speed = 2.0 * p.slipping_m / p.duration_s
         x, y = x + speed * np.cos(p.slipping_rad), y + speed * np.sin(p.slipping_rad)
+    if p.jerked_m != 0.0:
+        speed = p.jerked_m / JERK_WITHIN_S * (1.0 - np.tanh(_after_jerk(time, p)) ** 2)
+        x, y = x + speed * np.cos(p.jerked_rad), y + speed * np.sin(p.jerked_rad)
     if p.trailing_m != 0.0:
         moves_x, moves_y = _trailing(acceleration, p)
         x, y = x + moves_x, y + moves_y
@@ -105,6 +112,13 @@ def _slipped(time: float, p: PlantParameters) -> Vector:
     """How far a ring has slipped in its clamps: from one side of its place to the other in a run."""
     way = p.slipping_m * (2.0 * time / p.duration_s - 1.0)
     return way * np.cos(p.slipping_rad), way * np.sin(p.slipping_rad)
+
+
+@inlined
+def _after_jerk(time: float, p: PlantParameters) -> float:
+    """How long ago (in `JERK_WITHIN_S`) a ring has slipped all at once, from `jerked_m` to one side of its place to as
+    far to the other: after the share `jerked_share` of the run; before the next it is put back."""
+    return (time - p.jerked_share * p.duration_s) / JERK_WITHIN_S
 
 
 @inlined

@@ -40,6 +40,7 @@ HEATED_M2_PER_S2 = 10.0  # energy per unit mass that blows take in a run, about:
 YIELD_M_PER_S = 1.3  # approach of a blow that just makes metal yield
 PLASTIC_MOST = 1.3  # fourth root of how much lighter a blow may be and still give back more
 SWEPT_M = 0.04  # way on which most of the dust that a rim can gather has gathered before it
+HEELED_MOST = 2.0  # slip over the approach beyond which a disk heels over no more
 SCREWS_BLOWS = 12.0  # after which screws have come loose by two thirds
 UNLUCKY_SD = 1.0  # a standard normal chance is above it in one impact of six
 
@@ -168,6 +169,9 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
     Screws that give in hard blows: `giving_s_per_m` times what the approach has beyond `giving_m_per_s` is lost.
     A disk climbs up the wall in hard blows, and the share `climbing` of its rebound's energy goes upwards: times
     sqrt(1 - `climbing`) where the approach is above `climbing_m_per_s`.
+    A sticky wall holds on to what comes slowly: times 1 - `caught` where the approach is below `caught_m_per_s`.
+    A slip along the wall heels the disk over, and some of the blow goes into that: `heeled` times the slip's size over
+    the approach is lost, `HEELED_MOST` times it at most.
     A spring with a dashpot that grows with its way returns 1 / (1 + a approach), a `dashpot_s_per_m`: over what it is
     at `DASHPOT_M_PER_S`.
     Beyond `YIELD_M_PER_S` metal yields: times (`YIELD_M_PER_S` / approach)^`yielded`, a quarter in the textbooks.
@@ -186,6 +190,11 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
         value = _raised(value, -p.giving_s_per_m * max(blow.approach - p.giving_m_per_s, 0.0))
     if p.climbing != 0.0 and blow.approach > p.climbing_m_per_s:
         value *= np.sqrt(max(1.0 - p.climbing, 0.0))
+    if p.caught != 0.0 and blow.approach < p.caught_m_per_s:
+        value *= max(1.0 - p.caught, 0.0)
+    if p.heeled != 0.0:
+        slope = min(abs(blow.slip) / (blow.approach + 1e-300), HEELED_MOST)
+        value = _raised(value, -p.heeled * slope)
     if p.dashpot_s_per_m != 0.0:
         share = (1.0 + p.dashpot_s_per_m * DASHPOT_M_PER_S) / (1.0 + p.dashpot_s_per_m * blow.approach)
         value = _times(value, share)

@@ -5,7 +5,7 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, LEFT, NORMAL, SPIN
+from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, DENTS, IMPACT_S, LEFT, NORMAL, SECTORS, SPIN
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
@@ -118,6 +118,20 @@ def pressed(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
         return 0.0, 0.0
     twice = 2.0 * (azimuth - state[NORMAL])
     return p.pressed_m * np.cos(twice), -2.0 * p.pressed_m * np.sin(twice)
+
+
+@inlined
+def kneaded(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a ring lined with clay, which is smoothed before each run: `clay_m` n,
+    n the harder blows before in the wall's sector there; from the middle of one of `SECTORS` to that of the next it
+    goes over like f^2 (3 - 2 f), f the share of the way."""
+    wide = 2.0 * np.pi / SECTORS
+    place = azimuth / wide - 0.5
+    low = np.floor(place)
+    share = place - low
+    here, next_ = state[DENTS + int(low) % SECTORS], state[DENTS + int(low + 1.0) % SECTORS]
+    eased, slope = share**2 * (3.0 - 2.0 * share), 6.0 * share * (1.0 - share) / wide
+    return p.clay_m * (here + (next_ - here) * eased), p.clay_m * (next_ - here) * slope
 
 
 @inlined

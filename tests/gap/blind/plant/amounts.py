@@ -294,6 +294,20 @@ ORDERS = {
     "unknown_shallow_focus": ("pixels", 0.7),
     "unknown_rounded_pixels": ("pixels", 0.7),
     "unknown_swelling_paper": ("pixels", 0.8),
+    "unknown_rubbing_hub": ("torque", 50.0),
+    "unknown_settling_dust": ("friction", 0.5),
+    "unknown_polymer_floor": ("friction", 0.4),
+    "unknown_riding_disk": ("friction", 0.14),  # of disks at 32 rad/s; blows make them spin faster
+    "unknown_heeling_disk": ("kick", 0.15),
+    "unknown_catching_wall": ("kick", 0.2),
+    "unknown_jerked_ring": ("gap", 2.2e-4),
+    "unknown_clay_liner": ("gap", 2e-4),
+    "unknown_pressed_button": ("pixels", 0.8),
+    "unknown_stretched_print": ("pixels", 1.0),
+    "unknown_waking_trigger": ("pixels", 0.8),
+    "unknown_padded_markers": ("pixels", 0.8),
+    "unknown_sliding_sticker": ("pixels", 0.32),  # of one marker of five
+    "unknown_scaled_print": ("pixels", 0.6),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -350,6 +364,8 @@ CAMERA = {
     "unknown_jogged_camera": "VW2",
     "unknown_warming_camera": "VW1",
     "unknown_skewed_picture": "VW2",
+    "unknown_pressed_button": "VW1",
+    "unknown_waking_trigger": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -368,6 +384,8 @@ OF_THE_DISK = (
     "unknown_creeping_sticker",
     "unknown_eccentric_print",
     "unknown_raised_card",
+    "unknown_sliding_sticker",
+    "unknown_scaled_print",
 )
 # Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
 AS_BEFORE = {
@@ -450,5 +468,13 @@ AS_BEFORE = {
         "unknown_shallow_focus",
         "restitution_drift+unknown_swelling_paper",
         "camera_clock_offset+unknown_switched_blower",
+    ],
+    "probable": [
+        "plane_tilt+unknown_waking_trigger",
+        "unknown_sliding_sticker",
+        "unknown_stretched_print",
+        "unknown_padded_markers",
+        "restitution_drift+unknown_scaled_print",
+        "camera_clock_offset+unknown_riding_disk",
     ],
 }

@@ -24,7 +24,7 @@ from tests.gap.blind.plant.rig import (
 
 GROUPS = (
     *("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed"),
-    *("witnessed", "foreseen", "borrowed", "likely", "expected", "supposed"),
+    *("witnessed", "foreseen", "borrowed", "likely", "expected", "supposed", "probable"),
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
@@ -44,6 +44,7 @@ STAGES = {
     "likely": (5, 3, 2, 6),
     "expected": (7, 5, 2, 2),
     "supposed": (4, 5, 1, 4),
+    "probable": (4, 2, 2, 6),
 }
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half, and of a
@@ -120,6 +121,12 @@ def _acts(name):
             "unknown_shallow_focus": camera != "",
             "unknown_rounded_pixels": camera != "",
             "unknown_swelling_paper": marker.str.startswith("H"),
+            "unknown_pressed_button": camera == "VW1",
+            "unknown_stretched_print": (of_the_disk & (marker != "N1")) | marker.str.startswith("H"),
+            "unknown_waking_trigger": camera == "VW2",
+            "unknown_padded_markers": marker.str.startswith("H"),
+            "unknown_sliding_sticker": marker == f"N{view.get('sliding_marker', 0) + 1}",
+            "unknown_scaled_print": of_the_disk & (marker != "N1"),
         }[name]
 
     return chosen
