@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 class MeasurementTests:
     """``lens_residual_found``: the cameras' epipolar lines show a residual of the lens (or there are no two views
     to tell).  ``lens_learnt``: points were triangulated with a field that the recordings have taught.
-    ``clock_change``: the second camera's delay differs between parts of the runs.
+    ``clock_change``: the second camera's delay differs between parts of the runs; ``raised``: the NES's markers lie
+    higher than their layout says.
     """
 
     findings: dict[str, Finding]
@@ -34,6 +35,7 @@ class MeasurementTests:
     lens_residual_found: bool = True
     lens_learnt: bool = False
     clock_change: Structure | None = None
+    raised: Structure | None = None
 
 
 def measurement_tests(series: Series) -> MeasurementTests:
@@ -47,7 +49,7 @@ def measurement_tests(series: Series) -> MeasurementTests:
             passes = views.change is not None and finding.effect == "trigger_jitter"
             findings[finding.effect] = replace(finding, found=False) if passes else finding
     learnt = series.cameras is not None and series.cameras[0].field is not None
-    return MeasurementTests(findings, notes, views.seen, learnt, views.change)
+    return MeasurementTests(findings, notes, views.seen, learnt, views.change, views.raised)
 
 
 def _frame_rate(series: Series) -> Finding | None:

@@ -3,10 +3,11 @@
 Two views leave one residual over (epipolar), and bodies that stand on a plane leave a second (their height).  At a
 body's centre with velocity V, seen by a second camera that is late by d and whose window lies w off::
 
-    epipolar = n . (w + d J V)          height = M_z . (w + d J V) + a x + b y + Host's own z(t)
+    epipolar = n . (w + d J V)          height = M_z . (w + d J V) + a x + b y + Host's own z(t) + c
 
 n, M and J being the derivative of residual, point and pixel.  Host and NES share the Host's own vertical motion and
-differ in place and velocity, which separates a tilted plane, a late clock and real vertical motion.
+differ in place and velocity, which separates a tilted plane, a late clock and real vertical motion; the NES's markers
+may all lie higher than the layout says, by ``c``, which is no tilt where it stays on one side.
 """
 
 from __future__ import annotations
@@ -17,14 +18,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.cause import Structure
+from analysis.gap.cause import SMALLEST_P, Structure, two_sided
 from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.measurement.clock_change import PARTS, clock_change
 from analysis.gap.series import Series
-from analysis.gap.thresholds import EQUIVALENT, NEGLIGIBLE_FRAMES, SIGNIFICANCE
+from analysis.gap.thresholds import EQUIVALENT, NEGLIGIBLE_FRAMES, PLACEMENTS, SIGNIFICANCE
 from analysis.statistics.robust import least_squares
 from ovines.camera import Camera, baseline
+from ovines.recording_schema import PLACEMENT_SD_M
 from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
@@ -44,9 +46,9 @@ CLOCK_SHARE = 1.5e-3
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Both bodies' frames as linear equations: ``design`` (N, 5 + own) of window u, v, delay and the plane's slopes and
-    the Hosts' own vertical motion, ``value`` (N,) with ``sd`` (epipolar px or height m), ``run`` and ``share`` of its
-    run's frames at which each was taken, 0 to 1.
+    """Both bodies' frames as linear equations: ``design`` (N, 5 + own) of window u, v, delay and the plane's slopes, by
+    how much the NES's markers lie higher than the layout says, and the Hosts' own vertical motion, ``value`` (N,) with
+    ``sd`` (epipolar px or height m), ``run`` and ``share`` of its run's frames at which each was taken, 0 to 1.
     """
 
     design: Array
@@ -77,12 +79,11 @@ def rows_of(series: Series) -> Rows | None:
             late_px, late_m = block.late()
             shared_e = np.column_stack([block.line_per_px, late_px, np.zeros((len(block.x_m), 2))])
             shared_z = np.column_stack([block.height_per_px, late_m, block.x_m, block.y_m])
-            own = np.zeros((len(block.x_m), 2 * n_runs))
-            own[:, 2 * number], own[:, 2 * number + 1] = np.cos(block.phase_rad), np.sin(block.phase_rad)
-            designs += [
-                np.hstack([shared_e, np.zeros_like(own)]),
-                np.hstack([shared_z, own if run.data.host.omega_rad_per_s else 0 * own]),
-            ]
+            own = np.zeros((len(block.x_m), 1 + 2 * n_runs))
+            own[:, 0] = body == "nes"
+            if run.data.host.omega_rad_per_s:
+                own[:, 2 * number + 1], own[:, 2 * number + 2] = np.cos(block.phase_rad), np.sin(block.phase_rad)
+            designs += [np.hstack([shared_e, np.zeros_like(own)]), np.hstack([shared_z, own])]
             values += [block.line_px, block.height_m]
             sds += [block.line_sd_px, block.height_sd_m]
             numbers.append(np.full(2 * len(block.x_m), number))
@@ -97,12 +98,13 @@ def rows_of(series: Series) -> Rows | None:
 @dataclass(frozen=True)
 class TwoViews:
     """``findings`` of clock, window and plane; whether a lens residual is ``seen`` (or could not be looked for);
-    ``change`` of the second camera's delay within the runs.
+    ``change`` of the second camera's delay within the runs; NES markers ``raised`` over their layout.
     """
 
     findings: tuple[Finding, ...] = ()
     seen: bool = True
     change: Structure | None = None
+    raised: Structure | None = None
 
 
 def two_views(series: Series, notes: list[str]) -> TwoViews:
@@ -148,7 +150,33 @@ def two_views(series: Series, notes: list[str]) -> TwoViews:
     ]
     if change is not None:  # no one delay is that of all frames
         found = [replace(f, found=f.found and f.effect != "camera_clock_offset") for f in found]
-    return TwoViews(tuple(replace(f, rivals=alike[f.effect]) for f in found), seen, change)
+    found = [replace(f, rivals=alike[f.effect]) for f in found]
+    return TwoViews(tuple(found), seen, change, _raised(series, solution[5], error[5], lens_px * height_per_px))
+
+
+def _raised(series: Series, height_m: float, sd_m: float, lens_height_m: float) -> Structure | None:
+    """NES markers that lie by ``height_m`` higher over the Host's than the layouts say, by more than these may be off
+    and a lens residual bends heights; None where a body has no stated layout."""
+    bodies = series.recordings[0].bodies
+    if any(bodies[name].layout_m is None for name in ("host", "nes")):
+        return None
+    placed_m = np.array([bodies[name].layout_sd_m or PLACEMENT_SD_M for name in ("host", "nes")])
+    least_m = PLACEMENTS * float(np.linalg.norm(placed_m))
+    sure = abs(height_m) / max(sd_m, 1e-12)
+    if abs(height_m) < max(least_m, LENS_TILTS * lens_height_m) or sure < SIGNIFICANCE:
+        return None
+    way = "higher" if height_m > 0 else "lower"
+    return Structure(
+        "measurement",
+        "all",
+        "z",
+        f"the NES: its markers lie {way} over the Host's than layout_m says",
+        abs(height_m) / least_m,
+        sure**2,
+        abs(height_m),
+        "m",
+        max(two_sided(sure), SMALLEST_P),
+    )
 
 
 def _speed_px_per_s(design: Array, heights: NDArray[np.bool_]) -> float:
