@@ -130,7 +130,8 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
     felt = _felt(rigid)
     structure = [
         *ground,
-        *(one for one in (tests.clock_change, tests.raised) if one is not None),
+        *([tests.clock_change] if tests.clock_change is not None else []),
+        *tests.misprinted,
         *rigid,
         *changed_pictures(series),
         *turning_picture(series),
