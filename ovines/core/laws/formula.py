@@ -92,7 +92,7 @@ def _number(value: float, first: bool) -> str:
 
 
 def _text_term(term: Term, first: bool) -> str:
-    parts = [_number(term.coefficient, first) + ("" if term.unit == "1" else f" {term.unit}")]
+    parts = [_number(term.coefficient, first) + _text_unit(term.unit)]
     parts += [_text_factor(one, term) for one in term.factors]
     if _has_direction(term):
         own = TARGETS[term.target].own
@@ -124,7 +124,7 @@ def _spread(one: Factor) -> str:
 
 def _text_quantity(one: Factor, term: Term) -> str:
     """A factor's quantity with what it has of its own."""
-    unit = QUANTITIES[one.quantity].unit
+    unit = _text_unit(QUANTITIES[one.quantity].unit)
     own, name = QUANTITIES[one.quantity].own, one.quantity
     if own in ("room", "host"):
         # The target's own place is named with it.
@@ -146,47 +146,47 @@ def _text_quantity(one: Factor, term: Term) -> str:
     elif own == "turning":
         name = f"(azimuth {_counted(one.x)} rad {_counted(one.y)} rad/s * time)"
     elif one.x:
-        name = f"({name} {_counted(one.x)} {unit})"
+        name = f"({name} {_counted(one.x)}{unit})"
     return name
 
 
 def _text_factor(one: Factor, term: Term) -> str:
-    unit, name = QUANTITIES[one.quantity].unit, _text_quantity(one, term)
+    unit, name = _text_unit(QUANTITIES[one.quantity].unit), _text_quantity(one, term)
     if one.function == "power":
         return name if one.order == 1 else f"{name}^{one.order:g}"
     if one.function == "absolute_power":
         return f"|{name}|" if one.order == 1 else f"|{name}|^{one.order:g}"
     if one.function in ("cosine", "sine"):
         inside = name if one.order == 1 else f"{one.order:g} {name}"
-        inside = inside if one.scale == 1 else f"{inside} / {one.scale:.4g} {unit}"
+        inside = inside if one.scale == 1 else f"{inside} / {one.scale:.4g}{unit}"
         return f"{one.function[:3]}{inside}" if _bracketed(inside) else f"{one.function[:3]}({inside})"
     if one.function == "exponential":
-        return f"exp(-{name} / {one.scale:.4g} {unit})"
+        return f"exp(-{name} / {one.scale:.4g}{unit})"
     if one.function == "gaussian":
-        return f"exp(-({name} / {one.scale:.4g} {unit})^2 / 2)"
+        return f"exp(-({name} / {one.scale:.4g}{unit})^2 / 2)"
     if one.function == "below":
-        return f"[{name} < {one.scale:.4g} {unit}]"
+        return f"[{name} < {one.scale:.4g}{unit}]"
     if one.function == "beyond":
-        return f"[{name} >= {one.scale:.4g} {unit}]"
+        return f"[{name} >= {one.scale:.4g}{unit}]"
     if one.function == "above":
-        inside = f"max({name} - {one.scale:.4g} {unit}, 0)"
+        inside = f"max({name} - {one.scale:.4g}{unit}, 0)"
         return inside if one.order == 1 else f"{inside}^{one.order:g}"
     if one.function == "tanh":
-        return f"tanh({name} / {one.scale:.4g} {unit})"
+        return f"tanh({name} / {one.scale:.4g}{unit})"
     if one.function == "decay":
-        return f"exp(-|{name}| / {one.scale:.4g} {unit})"
+        return f"exp(-|{name}| / {one.scale:.4g}{unit})"
     if one.function == "rising":
-        return f"(1 - exp(-|{name}| / {one.scale:.4g} {unit}))"
+        return f"(1 - exp(-|{name}| / {one.scale:.4g}{unit}))"
     if one.function == "rational":
-        return f"1/(1 + |{name} / {one.scale:.4g} {unit}|^{one.order:g})"
+        return f"1/(1 + |{name} / {one.scale:.4g}{unit}|^{one.order:g})"
     if one.function == "within":
-        return f"[|{name}| < {one.scale:.4g} {unit}]"
+        return f"[|{name}| < {one.scale:.4g}{unit}]"
     if one.function == "sawtooth":
         if not QUANTITIES[one.quantity].circular:
-            return f"sawtooth({name}, every {one.scale:.4g} {unit})"
+            return f"sawtooth({name}, every {one.scale:.4g}{unit})"
         return f"sawtooth({name})" if one.order == 1 else f"sawtooth({one.order:g} {name})"
     if one.function in TRAINS:
-        return f"{one.function}({name}, every {one.scale:.4g} {unit}, width {one.order:.3g} {unit})"
+        return f"{one.function}({name}, every {one.scale:.4g}{unit}, width {one.order:.3g}{unit})"
     return f"sign({name})"
 
 
@@ -206,6 +206,11 @@ def _latex_number(value: float, first: bool) -> str:
         base, power = said.split("e")
         said = rf"{base}\cdot 10^{{{int(power)}}}"
     return said
+
+
+def _text_unit(unit: str) -> str:
+    """As it follows a number: nothing where that is a count or a ratio."""
+    return "" if unit == "1" else f" {unit}"
 
 
 def _latex_unit(unit: str) -> str:

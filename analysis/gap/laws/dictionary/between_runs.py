@@ -31,6 +31,9 @@ from ovines.core.laws.terms import Factor, Term
 Array = NDArray[np.float64]
 # How often what comes and goes does so over all runs, and the fewest runs in which once: fewer are no wave.
 TURNS, SHORTEST, TURN = (0.7, 1.0, 2.0), 4.0, 2 * math.pi
+# Runs after which what is cleaned, charged or rested now and then begins anew; and how many of the second time must be
+# there.
+ANEW, SECOND_TIME = range(3, 7), 2
 # Runs over all of them in which what was mended, or is not warm yet, settles.
 SETTLING_RUNS = (0.2, 0.5)
 # Through three runs go a start, an end and a rate, whatever there is; these many say whether it settles so.
@@ -49,6 +52,9 @@ def of_flights_between(scales: RigScales) -> Iterator[Candidate]:
         for carrier in (ROOM, DRAG, *FEW):
             yield from carrier.times(_there_and_from(step - 0.5))
     yield from FRICTION.times(_comes_and_goes(scales.runs))
+    for every in ANEW:
+        for first in range(every if scales.runs >= every + SECOND_TIME else 0):
+            yield from FRICTION.times(_begins_anew(every, first))
     settles = with_scale("that settles from run to run", ("run", "exponential", 1.0), settling_runs(scales.runs))
     for carrier in (FRICTION, DRAG, ROOM):
         yield from carrier.times(settles)
@@ -71,6 +77,13 @@ def _comes_and_goes(runs: int) -> Modulator:
 
     starts = tuple(((runs / turns / TURN,), (SCALE_STEP,)) for turns in TURNS if runs / turns >= SHORTEST)
     return Modulator("that comes and goes over the runs", make, starts, (True,))
+
+
+def _begins_anew(every: int, first: int) -> Modulator:
+    """Evenly more with each run, and back before run ``first`` (from 0) and every few runs from it on: dust that is
+    wiped off, a battery that is charged."""
+    tooth = Factor("run", "sawtooth", 1.0, float(every), first - 0.5)
+    return fixed(f"that begins anew every {every} runs, first with run {first + 1}", (tooth,))
 
 
 def law_between(word: str, target: str, known: Array) -> list[Candidate]:
