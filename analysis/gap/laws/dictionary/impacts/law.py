@@ -85,7 +85,7 @@ INVERSE_APPROACH = (Factor("approach", "absolute_power", -1.0),)
 # Quantiles of the time in the run at which something changes at once.
 CHANGES = (0.2, 0.4, 0.6, 0.8)
 # Quantiles of a speed or a spin at which something changes at once.
-STEPS = (0.3, 0.5, 0.7)
+STEPS = (0.05, 0.15, 0.3, 0.5, 0.7, 0.85)
 # Angles of incidence (rad) at which something changes at once.
 GLANCES = (0.2, 0.45, 0.8)
 
