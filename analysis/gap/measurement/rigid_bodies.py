@@ -60,8 +60,9 @@ def loose_markers(series: Series, clock_s: float = 0.0) -> list[Loose]:
 
 
 def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str) -> list[Loose]:
-    """The marker whose place on the body differs most between the halves of the runs, or in one run from the others."""
-    changes, change_sds, places, place_sds = [], [], [], []
+    """The marker whose place on the body differs most between the halves of the runs, by as much in each or by more in
+    a longer one, or in one run from the others."""
+    changes, change_sds, places, place_sds, frames = [], [], [], [], []
     for _, angle, world in residuals:
         own = on_body(angle, world)
         (first, first_sd), (second, second_sd) = _centres(own[: len(own) // 2]), _centres(own[len(own) // 2 :])
@@ -70,8 +71,15 @@ def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str)
         change_sds.append(np.hypot(first_sd, second_sd))
         places.append(place)
         place_sds.append(place_sd)
-    change, change_sd = over_runs(changes, change_sds)
-    found = list(_surely_moved(np.abs(change)[None], change_sd[None], "within the runs"))
+        frames.append(len(own))
+    found: list[tuple[float, float, int, str]] = []
+    for longer in (
+        np.ones(len(frames)),
+        np.mean(frames) / np.array(frames),
+    ):  # what slides goes farther in a longer run
+        by = longer[:, None, None]
+        change, change_sd = over_runs(list(by * np.array(changes)), list(by * np.array(change_sds)))
+        found += _surely_moved(np.abs(change)[None], change_sd[None], "within the runs")
     if len(places) > 2:
         apart = np.abs(np.array(places) - np.nanmedian(places, axis=0))
         found += _surely_moved(apart, np.array(place_sds), "from run to run")
