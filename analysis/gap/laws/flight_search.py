@@ -67,6 +67,14 @@ class FlightSearch:
             self.rows.problem, self.rows.columns, self.listed, rng, level, of_flights(self.scales), most_parts
         )
 
+    def leaving_out(self, names: Sequence[str]) -> FlightSearch:
+        """The search without forms of these names, or of which these are products."""
+        price = [
+            np.inf if any(name.startswith(one.name) for name in names) else looked
+            for one, looked in zip(self.listed.candidates, self.listed.looked, strict=True)
+        ]
+        return replace(self, listed=replace(self.listed, looked=np.array(price, float)))
+
     def without(self, names: Sequence[str], leave_out: Callable[[Candidate], bool]) -> FlightSearch:
         """The search in the fit from which the columns ``names`` have been taken, linear where that is; ``leave_out``:
         candidates that are not asked."""
