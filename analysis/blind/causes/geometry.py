@@ -80,8 +80,8 @@ def _jerked_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 
 def _quivering_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """So slow that the next blow finds it in its first swings."""
-    out = {"quiver_m": 8.5e-4 * size * spread(rng), "quiver_rad_per_s": 2.0 * np.pi * float(rng.uniform(25.0, 45.0))}
+    """So slow that it throws no disk back by more than the blow has lost; the next blow finds it in its first swing."""
+    out = {"quiver_m": 9.5e-4 * size * spread(rng), "quiver_rad_per_s": 2.0 * np.pi * float(rng.uniform(9.0, 13.0))}
     draft.plant.update(out)
     return out
 

@@ -37,7 +37,7 @@ class WallParameters:
     warping_rad: float = 0.0  # ... this one
     pressed_m: float = 0.0  # the wall's radius is more by this where it was struck the last time, less across that
     quiver_m: float = 0.0  # the wall is longer by at most this where the last hard blow struck, to and fro ...
-    quiver_rad_per_s: float = 200.0  # ... at this rate
+    quiver_rad_per_s: float = 70.0  # ... at this rate
     clay_m: float = 0.0  # the wall stands back by this much more where a blow has struck, with each
     packed_m: float = 0.0  # of each run: how far the wall stands back
     # the disk's shape

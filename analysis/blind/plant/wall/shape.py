@@ -25,7 +25,7 @@ TIPPED_S = 0.04  # in which a disk that a blow has tipped lies flat again: most 
 TIPPED_M_PER_S = 0.7  # approach of a blow that tips it half as far as any could
 THROWN_RAD_PER_S = 40.0  # spin that throws a heavy tyre out half the way
 QUIVER_S = 0.12  # in which a thin ring that a blow has sprung comes to rest: two flights
-QUIVER_M_PER_S = 0.3  # approach of a blow that springs it half as far as any could
+QUIVER_M_PER_S = 0.8  # approach of a blow that springs it half as far as any could
 SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
 
 Reach = tuple[float, float]
