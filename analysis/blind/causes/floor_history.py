@@ -298,7 +298,7 @@ FLOOR_HISTORY = [
     Cause(
         "unknown_galloping_guide",
         "flight",
-        changes({"galloping": 0.25}, ("galloping_rad",)),
+        changes({"galloping": 0.33}, ("galloping_rad",)),
         follows="the drive's phase, twice in a period, in the load",
         steady_only=True,
     ),

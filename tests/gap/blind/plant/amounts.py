@@ -311,7 +311,7 @@ ORDERS = {
     "unknown_turned_up_edge": ("force", 0.5),
     "unknown_unswept_edge": ("friction", 0.42),
     "unknown_stiffening_grease": ("friction", 0.26),  # of disks that slide at 0.86 m/s along either axis
-    "unknown_galloping_guide": ("friction", 0.39),
+    "unknown_galloping_guide": ("friction", 0.5),
     "unknown_thin_floor": ("friction", 0.44),
     "unknown_squeezed_air": ("force", 0.14),  # of disks that are nowhere nearer than 4 mm
     "unknown_half_backed_ring": ("kick", 0.06),
