@@ -117,6 +117,13 @@ FLOOR_FRICTION = [
         changes({"worn": 0.4}, signed=True),
         follows="the distance from the Host's centre",
     ),
+    # A floor that is wiped in its middle, and hardly at its edge; or that wiping roughens.
+    Cause(
+        "unknown_unswept_edge",
+        "flight",
+        changes({"unswept": 0.4}, signed=True),
+        follows="the square of the distance from the Host's centre, in the friction",
+    ),
     # A floor plate held by four countersunk screws.
     Cause(
         "unknown_screw_holes",
@@ -190,6 +197,14 @@ FLOOR_FRICTION = [
         "flight",
         changes({"strengthening": 0.22}),
         follows="the logarithm of the slip's speed",
+    ),
+    # A trace of grease below the disk, which stiffens as it is sheared.
+    Cause(
+        "unknown_stiffening_grease",
+        "flight",
+        changes({"stiffened_s_per_m": 0.2}),
+        follows="the slip's speed, evenly, in the friction",
+        rivals=("viscous_drag",),
     ),
     # A floor of a polymer, whose friction goes with a power of the speed.
     Cause(

@@ -294,6 +294,22 @@ FLOOR_HISTORY = [
     ),
     # The shaker's table pitches as it is accelerated: one side of the floor presses, the other gives way.
     Cause("unknown_pitching_floor", "flight", changes({"pitching": 0.6}, signed=True)),
+    # A guide with play, which shakes the floor's load twice in a period of the drive.
+    Cause(
+        "unknown_galloping_guide",
+        "flight",
+        changes({"galloping": 0.33}, ("galloping_rad",)),
+        follows="the drive's phase, twice in a period, in the load",
+        steady_only=True,
+    ),
+    # A thin floor plate that bends as the drive shakes it.
+    Cause(
+        "unknown_thin_floor",
+        "flight",
+        changes({"thin_floor_m_per_s2": 4.5}, signed=True),
+        follows="the Host's acceleration along the drive's axis, the less the nearer to the wall, in the load",
+        rivals=("vertical_motion",),
+    ),
     # The shaker's coil draws the steel washer down, whichever way its current flows.
     Cause(
         "unknown_drawn_down",

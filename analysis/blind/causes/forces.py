@@ -109,6 +109,13 @@ def _kinked_sheet(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _turned_up_edge(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """At any end, up or down, from a line on that passes the Host's centre on that side."""
+    out = {"flap_per_s2": 45.0 * size * spread(rng) * sign(rng), "flap_m": float(rng.uniform(0.0, 0.01))}
+    draft.plant.update(out, flap_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return out
+
+
 def _lapped_plates(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Along any line that passes within 12 mm of the Host's centre."""
     out = {"plates_m_per_s2": 0.9 * size * spread(rng), "plates_m": float(rng.uniform(-0.012, 0.012))}
@@ -163,6 +170,13 @@ FORCES = [
         "flight",
         _kinked_sheet,
         follows="on which side of a line of the Host's floor the disk is",
+    ),
+    # A floor of sheet that was bent at one end.
+    Cause(
+        "unknown_turned_up_edge",
+        "flight",
+        _turned_up_edge,
+        follows="how far beyond a line of the Host's floor the disk is, on one side of it",
     ),
     # A line of dried glue across the floor.
     Cause(
@@ -304,6 +318,14 @@ FORCES = [
     ),
     # A thick washer presses the air out between its rim and the wall, and draws it in again.
     Cause("unknown_air_cushion", "flight", changes({"cushion_per_s": 6.0}), round_only=True),
+    # A thick washer, whose film of air is pressed out between two faces.
+    Cause(
+        "unknown_squeezed_air",
+        "flight",
+        changes({"air_gap_m_per_s": 0.002}),
+        follows="the speed along the radius in the Host, over the way to the wall",
+        round_only=True,
+    ),
     # The moving Host pumps air through a gap below its wall.
     Cause("unknown_bellows", "flight", changes({"bellows_m_per_s2": 0.7}, signed=True)),
     # Below a lid the air goes with the ring, and carries the disk.

@@ -79,6 +79,13 @@ def _jerked_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _quivering_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """So slow that it throws no disk back by more than the blow has lost; the next blow finds it in its first swing."""
+    out = {"quiver_m": 9.5e-4 * size * spread(rng), "quiver_rad_per_s": 2.0 * np.pi * float(rng.uniform(9.0, 13.0))}
+    draft.plant.update(out)
+    return out
+
+
 def _orbiting_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """A ring that falls back to its place between the runs, and rolls round in each of them alike."""
     out = {
@@ -199,6 +206,15 @@ GEOMETRY = [
         "geometry",
         changes({"pressed_m": 2.6e-4}),
         follows="the angle between the azimuth and the last blow's normal, twice around",
+        round_only=True,
+        short_blows=True,
+    ),
+    # A thin ring that each blow springs oval, and that quivers until the next.
+    Cause(
+        "unknown_quivering_ring",
+        "geometry",
+        _quivering_ring,
+        follows="the time since the last blow, to and fro, and the azimuth twice around from that blow's normal",
         round_only=True,
         short_blows=True,
     ),
@@ -345,6 +361,13 @@ GEOMETRY = [
         "geometry",
         changes({"trailing_m": 3.7e-4}),
         follows="the Host's velocity along the contact's normal",
+    ),
+    # A ring with play in its seat, which a cable or a cover in the room drags back.
+    Cause(
+        "unknown_dragging_ring",
+        "geometry",
+        changes({"dragging_m": 2.9e-4}),
+        follows="the sense of the Host's velocity along the drive's axis, and the contact's normal along it",
     ),
     # A ring in a seat too wide for it, in which it rolls round.
     Cause(

@@ -432,4 +432,21 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_sliding_sticker",
         "unknown_scaled_print",
     ),
+    # what is presumed of a real bench: the second lot of that list
+    "presumed": (
+        "unknown_turned_up_edge",
+        "unknown_unswept_edge",
+        "unknown_stiffening_grease",
+        "unknown_galloping_guide",
+        "unknown_thin_floor",
+        "unknown_squeezed_air",
+        "unknown_half_backed_ring",
+        "unknown_smeared_wall",
+        "unknown_spun_rim",
+        "unknown_quivering_ring",
+        "unknown_dragging_ring",
+        "unknown_rolled_camera",
+        "unknown_nudged_camera",
+        "unknown_fitted_lens",
+    ),
 }

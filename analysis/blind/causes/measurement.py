@@ -178,6 +178,28 @@ def _jogged_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"jogged_px": draft.view["jogged_px"], "from_run": float(draft.view["jogged_from"] + 1)}
 
 
+def _rolled_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """To either side, in all runs alike."""
+    draft.view["rolled_rad"] = 3.5e-3 * size * spread(rng) * sign(rng)
+    return {"rolled_rad": draft.view["rolled_rad"]}
+
+
+def _nudged_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """The same way in each run, and in each at a time of its own; it is put back before the next."""
+    draft.view.update(
+        nudged_px=1.05 * size * spread(rng),
+        nudged_rad=float(rng.uniform(0.0, 2.0 * np.pi)),
+        nudged_share=tuple(rng.uniform(0.3, 0.7, runs).tolist()),
+    )
+    return {"nudged_px": draft.view["nudged_px"], "angle_rad": draft.view["nudged_rad"]}
+
+
+def _fitted_lens(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Too far out or too far in."""
+    draft.view["fifth_px"] = 1.4 * size * spread(rng) * sign(rng)
+    return {"fifth_px": draft.view["fifth_px"]}
+
+
 def _warming_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """In any direction of the picture."""
     draft.view.update(warm_px=0.8 * size * spread(rng), warm_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
@@ -443,6 +465,20 @@ MEASUREMENT = [
         _jogged_camera,
         follows="the number of the run, from one on, the same all over one camera's picture",
     ),
+    # A camera that was turned about its axis after the calibration.
+    Cause(
+        "unknown_rolled_camera",
+        "measurement",
+        _rolled_camera,
+        follows="the place in one camera's picture, across it, always as much",
+    ),
+    # A camera that somebody nudges in each run, and sets right after it.
+    Cause(
+        "unknown_nudged_camera",
+        "measurement",
+        _nudged_camera,
+        follows="the time in the run, from one on, the same all over one camera's picture",
+    ),
     # A camera that was calibrated warm, whose mount gives as it warms up again.
     Cause(
         "unknown_warming_camera",
@@ -471,6 +507,13 @@ MEASUREMENT = [
         "measurement",
         seen("refocused_px", 1.0),
         follows="the third power of the place in one camera's picture",
+    ),
+    # A lens whose distortion was fitted with too few terms.
+    Cause(
+        "unknown_fitted_lens",
+        "measurement",
+        _fitted_lens,
+        follows="the fifth power of the place in one camera's picture",
     ),
     # Lenses that are sharp in the middle of their pictures only.
     Cause(

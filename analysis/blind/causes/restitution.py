@@ -118,6 +118,14 @@ RESTITUTION = [
         changes({"bolts": 0.14}, ("bolts_rad",)),
         follows="the azimuth of the blow, four times around",
     ),
+    # A ring that is backed along one half of it.
+    Cause(
+        "unknown_half_backed_ring",
+        "impact",
+        changes({"half_backed": 0.08}, ("half_backed_rad",)),
+        follows="on which half of the wall the blow is",
+        rivals=("direction_dependent_restitution",),
+    ),
     # --- by the place on the disk's rim ---
     Cause("unknown_nicked_disk", "impact", changes({"nick": 0.2}, ("nick_rad",))),
     # A washer punched of rolled sheet is harder along the grain.

@@ -199,6 +199,13 @@ WALL_FRICTION = [
         changes({"hertz": 1.3}),
         follows="the third root of the approach speed",
     ),
+    # A wall of soft metal, which hard blows smear.
+    Cause(
+        "unknown_smeared_wall",
+        "impact",
+        changes({"smeared_s_per_m": 0.5}),
+        follows="the approach speed, evenly, where the disk slips",
+    ),
     # A wall that the disk's own wear fouls from run to run.
     Cause("unknown_fouled_wall", "impact", _fouled_wall, follows="the number of the run"),
     # A wall that is cleaned once, between two runs.
@@ -221,6 +228,13 @@ WALL_FRICTION = [
         "impact",
         changes({"skimmed": 0.85}),
         follows="the angle of incidence, where the disk slips",
+    ),
+    # A rim that draws air and dust in between as it spins.
+    Cause(
+        "unknown_spun_rim",
+        "impact",
+        changes({"spun_s": 0.005}),
+        follows="the size of the spin, evenly, where the disk slips",
     ),
     # Oil in the washer's hole, which the spin draws out onto its rim.
     Cause(

@@ -22,7 +22,8 @@ SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
 class Shaking:
     """How the first camera moves (frames,): `shake_px` along u, `twist_rad` about its axis, `tripod_px` (frames, 2)
     along u and v (None: not at all); its picture is too large by the share `zoom`, and that of the second camera
-    lies off along v by `second_px`; either lies off by `first_off_px` or `second_off_px` (u, v), if at all."""
+    lies off along v by `second_px`; either lies off by `first_off_px` or `second_off_px` (u, v), if at all, and the
+    first by `nudged_px` (frames, 2)."""
 
     shake_px: np.ndarray | float = 0.0
     twist_rad: np.ndarray | None = None
@@ -31,6 +32,7 @@ class Shaking:
     second_px: float = 0.0
     first_off_px: Floats | None = None
     second_off_px: Floats | None = None
+    nudged_px: Floats | None = None
 
 
 STEADY = Shaking()
@@ -52,6 +54,7 @@ def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, r
         sunk,
         warm_off_px(run, errors) if errors.warm_px else None,
         jogged_off_px(errors) if errors.jogged_px and run >= errors.jogged_from else None,
+        nudged_off_px(len(time_s), run, errors) if errors.nudged_px else None,
     )
 
 
@@ -98,6 +101,13 @@ def warm_off_px(run: int, errors: ViewErrors) -> Floats:
     return size * np.array([np.cos(errors.warm_rad), np.sin(errors.warm_rad)])
 
 
+def nudged_off_px(frames: int, run: int, errors: ViewErrors) -> Floats:
+    """How far the first camera's picture lies off (frames, 2) that somebody nudges in each run, and sets right after
+    it: by `nudged_px` along `nudged_rad`, from the share `nudged_share` of `run` on."""
+    size = np.where(np.arange(frames) >= errors.nudged_share[run] * frames, errors.nudged_px, 0.0)
+    return size[:, None] * np.array([np.cos(errors.nudged_rad), np.sin(errors.nudged_rad)])
+
+
 def jogged_off_px(errors: ViewErrors) -> Floats:
     """How far the second camera's picture lies off (u, v) since somebody has knocked against it."""
     return errors.jogged_px * np.array([np.cos(errors.jogged_rad), np.sin(errors.jogged_rad)])
@@ -142,6 +152,8 @@ def by_the_first_camera(
         pixels = pixels + shaking.tripod_px[:, None]
     if shaking.first_off_px is not None:
         pixels = pixels + shaking.first_off_px
+    if shaking.nudged_px is not None:
+        pixels = pixels + shaking.nudged_px[:, None]
     pixels = followed(decentred(refocused(pixels, view, errors), view, errors), view, errors)
     pixels = released(pixels, time_s, errors)
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
@@ -170,6 +182,15 @@ def refocused(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
     return pixels + errors.refocused_px * np.sum(away**2, axis=-1, keepdims=True) * away
 
 
+def fitted(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a camera whose lens was fitted without its fifth order: they lie farther out by
+    `fifth_px` (r / `REFOCUS_PX`)^5, r from the picture's middle."""
+    if errors.fifth_px == 0.0:
+        return pixels
+    away = (pixels - view.centre_px) / REFOCUS_PX
+    return pixels + errors.fifth_px * np.sum(away**2, axis=-1, keepdims=True) ** 2 * away
+
+
 def decentred(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
     """Pixels (frames, markers, 2) of a camera whose lens was knocked after its calibration and sits off its axis, along
     d of the picture (`knocked_rad`).
@@ -195,9 +216,12 @@ def followed(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
 
 
 def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors, shaking: Shaking = STEADY) -> np.ndarray:
-    """Pixels (frames, markers, 2) of a camera that turns about its axis, creeps along u and zooms in within a run, that
-    lies off along v, and that has lost a frame."""
+    """Pixels (frames, markers, 2) of a camera that is turned, or turns, about its axis, creeps along u and zooms in
+    within a run, that lies off along v, and that has lost a frame."""
     frames = len(pixels)
+    pixels = fitted(pixels, view, errors)
+    if errors.rolled_rad != 0.0:  # somebody has turned it in its clamp after the calibration
+        pixels = twisted(pixels, np.full(frames, errors.rolled_rad), view)
     if errors.sagging_rad != 0.0:  # an arm that gives in the lamps' heat, and is set right before the next run
         pixels = twisted(pixels, errors.sagging_rad * np.linspace(-1.0, 1.0, frames), view)
     pixels = skewed(pixels, view, errors)

@@ -11,6 +11,7 @@ from analysis.blind.plant.state import ANGLE, SPIN, VX, VY
 
 JET_M = 0.018  # between two holes of an air table: somewhat less than the disk is wide
 SWITCHED = 0.05  # of a sine, within which a blower runs up or down: no step for the integrator
+AIR_GAP_M = 1e-3  # between a rounded rim and the wall that they touch, as wide as a gap of air that drags as much
 CUSHION_M = 0.008  # from the wall, within which the air between it and the disk falls off
 
 
@@ -113,7 +114,17 @@ def _add_host(at: Instant, p: PlantParameters, out: Floats) -> None:
 
 @inlined
 def _add_cushion(at: Instant, p: PlantParameters, out: Floats) -> None:
-    """Air that a thick washer presses out between its rim and the wall, and draws in again."""
+    """Air that a thick washer presses out between its rim and the wall, and draws in again.
+
+    A film of air between two faces drags the more the thinner it is: by `air_gap_m_per_s` / (d + `AIR_GAP_M`) times the
+    disk's speed towards the wall or away from it, d the way to it.
+    """
+    if p.air_gap_m_per_s != 0.0:
+        radius = np.sqrt(at.x * at.x + at.y * at.y) + 1e-12
+        rate = p.air_gap_m_per_s / (max(p.contact_radius_m - radius, 0.0) + AIR_GAP_M)
+        radial = rate * (at.rate_x * at.x + at.rate_y * at.y) / radius
+        out[VX] -= radial * at.x / radius
+        out[VY] -= radial * at.y / radius
     if p.cushion_per_s != 0.0:
         radius = np.sqrt(at.x * at.x + at.y * at.y) + 1e-12
         rate = p.cushion_per_s * np.exp((radius - p.contact_radius_m) / CUSHION_M)

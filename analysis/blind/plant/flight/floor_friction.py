@@ -87,6 +87,8 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     Blows shed powder, which gathers along the wall and is brushed off between the runs: `_in_powder`.
     Four countersunk screws, `SCREWS_AT_M` from the middle and a quarter turn from each other, leave the disk less of
     the floor: over each it loses `screws` of its friction, falling off like a bell of `SCREW_M`.
+    A floor is wiped in its middle, and less and less towards the wall: 1 + `unswept` (r / `contact_radius_m`)^2, r from
+    the Host's centre.
     A draught has blown the dust to one side, evenly from one wall to the other: `dusty`.
     A wet spot dries: `_where_it_dries`; ribs hold the floor from below: `_over_ribs`.
     The disk clears its way of frost, which comes back: `_on_the_path`.
@@ -115,6 +117,8 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 - p.bead * np.exp(-0.5 * far / BEAD_M**2), 0.0)
     if p.worn != 0.0 or p.wearing != 0.0:
         share *= max(1.0 + (p.worn + p.wearing) * np.exp(-0.5 * (at.x**2 + at.y**2) / WORN_M**2), 0.0)
+    if p.unswept != 0.0:
+        share *= max(1.0 + p.unswept * (radius / p.contact_radius_m) ** 2, 0.0)
     if p.powder != 0.0:
         share *= _in_powder(at, p)
     if p.path != 0.0 and at.state[COUNT] > 1.5:  # there was a flight between two impacts
@@ -198,6 +202,7 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     A wet film draws down what slides over it slowly: 1 + `suction` / (1 + speed / `SUCTION_M_PER_S`).
     Junctions that are sheared fast are stronger: 1 + `strengthening` log((speed + `CREEP_M_PER_S`) /
     `STRONGER_M_PER_S`).
+    Grease stiffens as it is sheared: 1 + `stiffened_s_per_m` (speed - `STRONGER_M_PER_S`).
     Friction of a polymer goes with a power of the speed: ((speed + `CREEP_M_PER_S`) / `STRONGER_M_PER_S`)^`powered`.
     A disk that spins draws air below itself and rides on it: 1 - `riding_s` times its spin over the floor.
     """
@@ -221,6 +226,9 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     if p.strengthening != 0.0:
         speed = np.sqrt(at.slip_x**2 + at.slip_y**2) + CREEP_M_PER_S
         share *= max(1.0 + p.strengthening * np.log(speed / STRONGER_M_PER_S), 0.0)
+    if p.stiffened_s_per_m != 0.0:
+        faster = np.sqrt(at.slip_x**2 + at.slip_y**2) - STRONGER_M_PER_S
+        share *= max(1.0 + p.stiffened_s_per_m * faster, 0.0)
     if p.powered != 0.0:
         speed = np.sqrt(at.slip_x**2 + at.slip_y**2) + CREEP_M_PER_S
         share *= (speed / STRONGER_M_PER_S) ** p.powered

@@ -50,6 +50,8 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
     place along `bowed_rad` from the Host's centre, outwards or inwards.
     A floor of sheet that was once bent along a line slopes either way from there: `kink_m_per_s2` tanh((s - `kink_m`) /
     `KINK_M`) along `kink_rad`, s the place along that direction from the Host's centre.
+    A floor of sheet that was bent up at one end is level up to a line, and ever steeper beyond it: -`flap_per_s2` (s -
+    `flap_m`) along `flap_rad` where s, the place along that, is more than `flap_m`.
     Of two floor plates one stands higher, and the disk climbs onto it or slides down: -`plates_m_per_s2` exp(-(s -
     `plates_m`)^2 / (2 `PLATES_M`^2)) along `plates_rad`.
     """
@@ -71,6 +73,9 @@ def _add_shape(at: Instant, p: PlantParameters, out: Floats) -> None:
     if p.kink_m_per_s2 != 0.0:
         off = (np.cos(p.kink_rad) * x + np.sin(p.kink_rad) * y - p.kink_m) / KINK_M
         _add_along(p.kink_m_per_s2 * np.tanh(off), p.kink_rad, out)
+    if p.flap_per_s2 != 0.0:
+        beyond = np.cos(p.flap_rad) * x + np.sin(p.flap_rad) * y - p.flap_m
+        _add_along(-p.flap_per_s2 * max(beyond, 0.0), p.flap_rad, out)
     if p.plates_m_per_s2 != 0.0:
         off = (np.cos(p.plates_rad) * x + np.sin(p.plates_rad) * y - p.plates_m) / PLATES_M
         _add_along(-p.plates_m_per_s2 * np.exp(-0.5 * off**2), p.plates_rad, out)

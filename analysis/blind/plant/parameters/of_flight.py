@@ -71,6 +71,7 @@ class FlightParameters:
     ribs_rad: float = 0.0  # ... more here
     path: float = 0.0  # share of the floor friction lost on the line that the flight before has left
     powder: float = 0.0  # floor friction more by this share at the wall after many blows of a run
+    unswept: float = 0.0  # floor friction more by this share at the wall, with the square of the way from the middle
     beneath: float = 0.0  # floor friction more by this share 20 mm to one side of the room along x, less to the other
     pulsing: float = 0.0  # floor friction more and less by this share in the course of the run ...
     pulsing_rad_per_s: float = 40.0  # ... at this rate ...
@@ -91,6 +92,7 @@ class FlightParameters:
     suction: float = 0.0  # floor friction more by this share at rest, less with one over one and the speed
     strengthening: float = 0.0  # floor friction more by this share where the speed is e times as much
     powered: float = 0.0  # power of the speed with which floor friction goes
+    stiffened_s_per_m: float = 0.0  # floor friction more by this per speed, as much less where slower than on the mean
     riding_s: float = 0.0  # share of the floor friction lost per rad/s of spin over the floor
     chatter: float = 0.0  # share of the floor friction lost at slips near chatter_m_per_s
     chatter_m_per_s: float = 0.7
@@ -155,6 +157,11 @@ class FlightParameters:
     swing_y_m: float = 0.0
     pitching: float = 0.0  # load more at the wall on the side that the Host is accelerated to, at 8 g of it
     drawn_down: float = 0.0  # floor friction more by this share at 8 g of the Host, with the square of its acceleration
+    galloping: float = 0.0  # share of the load that comes and goes twice in a period of the drive, at 8 g ...
+    galloping_rad: float = 0.0  # ... of this phase
+    thin_floor_m_per_s2: float = (
+        0.0  # load less by this in the floor's middle at 8 g of the Host along x, none at the wall
+    )
     rumble: float = 0.0  # share of the floor friction lost at the Host's full speed at 8 g, with the square of it
     # a floor that is not level
     tilt_x_m_per_s2: float = 0.0
@@ -170,6 +177,9 @@ class FlightParameters:
     doming_per_s2: float = 0.0  # of each run: the floor pushes the disk outwards by this times its place
     bowed_per_s2: float = 0.0  # a floor bowed along one direction pushes the disk by this times its place along it ...
     bowed_rad: float = 0.0  # ... this one
+    flap_per_s2: float = 0.0  # beyond a line the floor is bent up and pushes back by this times the way from it ...
+    flap_m: float = 0.0  # ... this far from the Host's centre ...
+    flap_rad: float = 0.0  # ... in this direction
     kink_m_per_s2: float = 0.0  # a floor bent along a line pushes the disk off that line, on either side ...
     kink_m: float = 0.0  # ... this far from the Host's centre ...
     kink_rad: float = 0.0  # ... in this direction
@@ -239,6 +249,7 @@ class FlightParameters:
     jets_y_rad: float = 0.0
     enclosed_per_m: float = 0.0  # drag with the square of the speed against the Host
     bellows_m_per_s2: float = 0.0  # air that the Host's motion blows, with the square of its velocity, at 8 g of it
+    air_gap_m_per_s: float = 0.0  # drag on what moves towards the wall or away: this over the way to it
     cushion_per_s: float = 0.0  # drag of the air between disk and wall on what moves towards it or away, at the wall
     # magnets, charge and threads
     pull_m_per_s2: float = 0.0

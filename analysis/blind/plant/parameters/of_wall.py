@@ -36,6 +36,8 @@ class WallParameters:
     warping_m: float = 0.0  # of each run: the wall's radius is more by this along one line, less across it ...
     warping_rad: float = 0.0  # ... this one
     pressed_m: float = 0.0  # the wall's radius is more by this where it was struck the last time, less across that
+    quiver_m: float = 0.0  # the wall is longer by at most this where the last hard blow struck, to and fro ...
+    quiver_rad_per_s: float = 70.0  # ... at this rate
     clay_m: float = 0.0  # the wall stands back by this much more where a blow has struck, with each
     packed_m: float = 0.0  # of each run: how far the wall stands back
     # the disk's shape
@@ -90,6 +92,7 @@ class WallParameters:
     jerked_m: float = 0.0  # the wall moves by twice this much, once in a run ...
     jerked_rad: float = 0.0  # ... in this direction ...
     jerked_share: float = 0.5  # ... of each run: after this share of it
+    dragging_m: float = 0.0  # the wall lies this far off along x, on the side that the Host comes from
     trailing_m: float = 0.0  # the wall trails behind the Host's velocity by this much
     orbit_m: float = 0.0  # the wall lies this far off, in a direction that goes round
     orbit_rad: float = 0.0
@@ -127,6 +130,8 @@ class WallParameters:
     backed_rad: float = 0.0
     pad: float = 0.0  # restitution lost in the lightest blows where a pad is, less in harder ones
     pad_rad: float = 0.0
+    half_backed: float = 0.0  # restitution more along one half of the wall, less along the other ...
+    half_backed_rad: float = 0.0  # ... more along the half whose middle is here
     bolts: float = 0.0  # restitution won where one of four bolts is
     bolts_rad: float = 0.0
     # ... by the place on the disk's rim
@@ -227,10 +232,12 @@ class WallParameters:
     greased_m_per_s: float = 0.4
     rubbed_s_per_m: float = 0.0  # wall friction divided by one and this times the slip
     squeezed: float = 0.0  # wall friction more by this share in hard blows
+    smeared_s_per_m: float = 0.0  # share of the wall friction lost per approach
     hertz: float = 0.0  # wall friction less in hard blows and more in light ones, with the third root of the speed
     skimmed: float = 0.0  # share of the wall friction lost in blows that only graze
     flash: float = 0.0  # share of the wall friction lost where approach times slip is large
     side: float = 0.0  # wall friction more where the spin adds to the way along the wall, less where it takes from it
+    spun_s: float = 0.0  # share of the wall friction lost per rad/s of spin
     flung_oil: float = 0.0  # share of the wall friction that a disk which spins fast loses
     combed: float = 0.0  # wall friction less where the slip has the last one's sense, more where it has the other
     polish: float = 0.0  # share of the wall friction lost in the course of a run

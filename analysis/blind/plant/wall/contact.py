@@ -17,6 +17,8 @@ from analysis.blind.plant.wall.shape import (
     peeled,
     planed,
     pressed,
+    quiver_speed,
+    quivered,
     reach,
     relaxed,
     rim_middle,
@@ -50,6 +52,9 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
             far, rise = far + more, rise + steeper
         if p.pressed_m != 0.0:
             more, steeper = pressed(azimuth, state, p)
+            far, rise = far + more, rise + steeper
+        if p.quiver_m != 0.0:
+            more, steeper = quivered(time, azimuth, state, p)
             far, rise = far + more, rise + steeper
         if p.clay_m != 0.0:
             more, steeper = kneaded(azimuth, state, p)
@@ -98,10 +103,13 @@ def contact_velocity(
     if p.relaxing_m != 0.0 and from_x * nx + from_y * ny > 0.0:
         moves = relaxed(np.arctan2(from_y, from_x), 2.0 / p.duration_s, p)[0]
         ux, uy = ux - moves * nx, uy - moves * ny
+    if p.quiver_m != 0.0 and from_x * nx + from_y * ny > 0.0:
+        moves = quiver_speed(time, np.arctan2(from_y, from_x), state, p)
+        ux, uy = ux - moves * nx, uy - moves * ny
     if p.heating_m != 0.0 and from_x * nx + from_y * ny > 0.0:
         moves = heating_speed(time, p)
         ux, uy = ux - moves * nx, uy - moves * ny
-    moves_x, moves_y = wall_velocity(time, state, acceleration, p, host)
+    moves_x, moves_y = wall_velocity(time, state, velocity, acceleration, p, host)
     ux, uy = ux - moves_x, uy - moves_y
     return ux * nx + uy * ny + widening(time, state, p), -ux * ny + uy * nx, arm_x, arm_y
 
@@ -146,14 +154,15 @@ def strike(
     new[VY] += push_n * ny + push_t * nx
     new[SPIN] = spin_after(state[SPIN], blow, push_n, push_t, bounce, p)
     press_down(new, blow, push_n * bounce, p)
-    if p.tipped_m != 0.0 and bounce > 0.0:
+    if (p.tipped_m != 0.0 or p.quiver_m != 0.0) and bounce > 0.0:
         new[IMPACT_S] = time
     if p.peeling_m != 0.0 and bounce > 0.0:
         new[COUNT] += 1.0
     if p.planing_m != 0.0 and bounce > 0.0:
         new[LEFT] = np.sqrt((new[VX] - blow.host_velocity[0]) ** 2 + (new[VY] - blow.host_velocity[1]) ** 2)
-    # Where it may be at its new spin, as it now lies, with the tape as this blow has left it.
-    if p.swollen_m != 0.0 or p.tipped_m != 0.0 or p.thrown_m != 0.0 or p.peeling_m != 0.0 or p.planing_m != 0.0:
+    # Where it may be at its new spin, as it now lies, with tape and ring as this blow has left them.
+    by_spin = p.swollen_m != 0.0 or p.thrown_m != 0.0
+    if by_spin or p.tipped_m != 0.0 or p.peeling_m != 0.0 or p.planing_m != 0.0 or p.quiver_m != 0.0:
         gap, nx, ny = wall_gap(time, new, p, host)
         _put_back(new, gap, nx, ny)
     return blow.approach, blow.slip_host

@@ -82,12 +82,14 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     A wall of velvet has a pile that each blow lays over: 1 - `combed` tanh(slip / `PILE_M_PER_S`) tanh(the last blow's
     slip / `PILE_M_PER_S`), less along the pile and more against it.
     A wall holds the less the faster the disk slips: 1 / (1 + `rubbed_s_per_m` |slip|).
+    A soft metal smears in hard blows and holds less: 1 - `smeared_s_per_m` approach.
     Of a round contact the area grows less than the load: 1 + `hertz` ((`HERTZ_M_PER_S` / approach)^(1/3) - 1), the
     root `HERTZ_MOST` at most.
     A grazing blow only skims along the wall's asperities: 1 - `skimmed` r^2 / (r^2 + `GRAZE`^2), r the
     slip's size over the approach.
     A washer's hole is full of oil, and the spin draws it out onto the rim: 1 - `flung_oil` w^2 / (w^2 +
     `OIL_RAD_PER_S`^2), w the spin as the blow begins.
+    A rim that spins draws air and dust in between: 1 - `spun_s` |w|, w the spin as the blow begins.
     Oil lies in the corner of floor and wall, and stays back as the Host is accelerated: 1 + `sloshing` (the
     acceleration along the normal / `HOST_M_PER_S2`), less where it piles up and more opposite.
     A cushion holds a disk more that comes with check side, its rim going round with its way along the wall, and less
@@ -99,6 +101,8 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
     share /= 1.0 + p.rubbed_s_per_m * abs(blow.slip)
     share *= 1.0 + p.squeezed * (1.0 - np.exp(-blow.approach / SQUEEZED_M_PER_S))
+    if p.smeared_s_per_m != 0.0:
+        share *= max(1.0 - p.smeared_s_per_m * blow.approach, LEAST_FRICTION)
     if p.hertz != 0.0:
         root = min((HERTZ_M_PER_S / (blow.approach + 1e-300)) ** (1.0 / 3.0), HERTZ_MOST)
         share *= max(1.0 + p.hertz * (root - 1.0), LEAST_FRICTION)
@@ -108,6 +112,8 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.flung_oil != 0.0:
         oiled = state[SPIN] ** 2 / (state[SPIN] ** 2 + OIL_RAD_PER_S**2)
         share *= max(1.0 - p.flung_oil * oiled, LEAST_FRICTION)
+    if p.spun_s != 0.0:
+        share *= max(1.0 - p.spun_s * abs(state[SPIN]), LEAST_FRICTION)
     if p.sloshing != 0.0:
         along = blow.host_acceleration[0] * blow.nx + blow.host_acceleration[1] * blow.ny
         share *= max(1.0 + p.sloshing * along / HOST_M_PER_S2, LEAST_FRICTION)

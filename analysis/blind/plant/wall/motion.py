@@ -13,6 +13,7 @@ TIRED_S = 0.12  # in which a liner recovers: two or three blows
 PLAY_M_PER_S2 = 20.0  # acceleration of the Host that throws a ring to three quarters of its play: two g
 NOD_S = 0.05  # in which a wall's swing dies out: about a flight
 JERK_WITHIN_S = 5e-3  # in which a ring that slips at once has gone three quarters of its way
+DRAG_M_PER_S = 0.2  # speed of the Host that leaves a ring which drags in its seat at three quarters of its play
 HUM_M_PER_S = 0.2  # approach from which on a blow meets a humming wall as it just moves: a slower one lasts longer
 RECEDING_BLOWS = 8.0  # after which a wall that recedes lies where it does on the mean of a run
 LEAK_M2_PER_S2 = 3.0  # squared approaches that press half of its air out of a liner
@@ -25,8 +26,8 @@ def wall_offset(
     time: float, state: Floats, velocity: Four, acceleration: Four, p: PlantParameters
 ) -> tuple[float, float]:
     """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, crept, bolted on anew, on
-    springs, with play, on one screw, pushed by the last blow, slipping, jerked, trailing, rolling round, swinging; of
-    the Host's `velocity` and `acceleration`."""
+    springs, with play, on one screw, pushed by the last blow, slipping, jerked, trailing, dragging, rolling round,
+    swinging; of the Host's `velocity` and `acceleration`."""
     x, y = p.refit_x_m + p.crept_x_m, p.refit_y_m + p.crept_y_m
     x, y = x + p.rebolted_x_m, y + p.rebolted_y_m
     if p.springy_m != 0.0:
@@ -45,6 +46,8 @@ def wall_offset(
     if p.jerked_m != 0.0:
         way = p.jerked_m * np.tanh(_after_jerk(time, p))
         x, y = x + way * np.cos(p.jerked_rad), y + way * np.sin(p.jerked_rad)
+    if p.dragging_m != 0.0:
+        x += _dragged(velocity, p)
     if p.trailing_m != 0.0:
         off_x, off_y = _trailing(velocity, p)
         x, y = x + off_x, y + off_y
@@ -59,7 +62,7 @@ def wall_offset(
 
 @compiled
 def wall_velocity(
-    time: float, state: Floats, acceleration: Four, p: PlantParameters, host: Floats
+    time: float, state: Floats, velocity: Four, acceleration: Four, p: PlantParameters, host: Floats
 ) -> tuple[float, float]:
     """How fast the wall moves in the Host (x, y in m/s): the rate of `wall_offset` between two blows."""
     x, y = 0.0, 0.0
@@ -79,6 +82,9 @@ def wall_velocity(
     if p.jerked_m != 0.0:
         speed = p.jerked_m / JERK_WITHIN_S * (1.0 - np.tanh(_after_jerk(time, p)) ** 2)
         x, y = x + speed * np.cos(p.jerked_rad), y + speed * np.sin(p.jerked_rad)
+    if p.dragging_m != 0.0:
+        left = 1.0 - (_dragged(velocity, p) / p.dragging_m) ** 2
+        x -= p.dragging_m * left * acceleration[0] / DRAG_M_PER_S
     if p.trailing_m != 0.0:
         moves_x, moves_y = _trailing(acceleration, p)
         x, y = x + moves_x, y + moves_y
@@ -126,6 +132,13 @@ def _trailing(rate: Four, p: PlantParameters) -> Vector:
     """How far a ring on thick soft tape is off: it trails behind the Host's velocity, by `trailing_m` at
     `HOST_M_PER_S`.  Of the Host's acceleration, in place of its velocity, it is the ring's own speed."""
     return -p.trailing_m * rate[0] / HOST_M_PER_S, -p.trailing_m * rate[1] / HOST_M_PER_S
+
+
+@inlined
+def _dragged(velocity: Four, p: PlantParameters) -> float:
+    """How far a ring is off along x that has play in its seat there and that something in the room drags back: it lies
+    on the side that the Host comes from, by -`dragging_m` tanh(velocity along x / `DRAG_M_PER_S`)."""
+    return -p.dragging_m * np.tanh(velocity[0] / DRAG_M_PER_S)
 
 
 @inlined

@@ -137,6 +137,8 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
     is lost times the share of the run that has passed.
     One of the ring's screws backs out from run to run, and the ring gives at its side: `backed`, the run's own, (1 +
     cos(azimuth - `backed_rad`)) / 2 is lost.
+    A ring is backed along one half only, which returns more than the other: by `half_backed` where cos(azimuth -
+    `half_backed_rad`) is above 0, as much less elsewhere.
     A ring is held by four bolts, and gives between them: at each it returns more by `bolts`, falling off like a bell of
     `BOLT_RAD`.
     """
@@ -152,6 +154,9 @@ def _by_the_azimuth(value: float, blow: Blow, state: Floats, p: PlantParameters)
         value -= p.lamp * passed * 0.5 * (1.0 + np.cos(blow.azimuth - p.lamp_rad))
     if p.backed != 0.0:
         value = _raised(value, -p.backed * 0.5 * (1.0 + np.cos(blow.azimuth - p.backed_rad)))
+    if p.half_backed != 0.0:
+        side = 1.0 if np.cos(blow.azimuth - p.half_backed_rad) > 0.0 else -1.0
+        value = _raised(value, p.half_backed * side)
     if p.bolts != 0.0:
         value = _raised(value, p.bolts * _bell(4.0 * (blow.azimuth - p.bolts_rad), 4.0 * BOLT_RAD))
     return value

@@ -24,6 +24,8 @@ PLANING_M_PER_S = 0.9  # speed over the floor after a blow, at which a disk that
 TIPPED_S = 0.04  # in which a disk that a blow has tipped lies flat again: most of a flight
 TIPPED_M_PER_S = 0.7  # approach of a blow that tips it half as far as any could
 THROWN_RAD_PER_S = 40.0  # spin that throws a heavy tyre out half the way
+QUIVER_S = 0.12  # in which a thin ring that a blow has sprung comes to rest: two flights
+QUIVER_M_PER_S = 0.8  # approach of a blow that springs it half as far as any could
 SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
 
 Reach = tuple[float, float]
@@ -118,6 +120,34 @@ def pressed(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
         return 0.0, 0.0
     twice = 2.0 * (azimuth - state[NORMAL])
     return p.pressed_m * np.cos(twice), -2.0 * p.pressed_m * np.sin(twice)
+
+
+@inlined
+def quivered(time: float, azimuth: float, state: Floats, p: PlantParameters) -> Reach:
+    """How much farther the disk's middle gets in a thin ring that a blow has sprung oval and that quivers.
+
+    By `quiver_m` v / (v + `QUIVER_M_PER_S`) exp(-since / `QUIVER_S`) cos(`quiver_rad_per_s` since) cos 2(azimuth - the
+    blow's normal), v the last blow's approach; before any it is round.
+    """
+    size, twice = _quiver(time, state, p)[0], 2.0 * (azimuth - state[NORMAL])
+    return size * np.cos(twice), -2.0 * size * np.sin(twice)
+
+
+@inlined
+def quiver_speed(time: float, azimuth: float, state: Floats, p: PlantParameters) -> float:
+    """How fast it widens there (m/s)."""
+    return _quiver(time, state, p)[1] * np.cos(2.0 * (azimuth - state[NORMAL]))
+
+
+@inlined
+def _quiver(time: float, state: Floats, p: PlantParameters) -> tuple[float, float]:
+    """How far it stands out where it was struck (m), and the rate of that (m/s)."""
+    if state[IMPACT_S] < -0.5:  # there was no impact before
+        return 0.0, 0.0
+    since, omega = max(time - state[IMPACT_S], 0.0), p.quiver_rad_per_s
+    size = p.quiver_m * state[APPROACH] / (state[APPROACH] + QUIVER_M_PER_S) * np.exp(-since / QUIVER_S)
+    c, s = np.cos(omega * since), np.sin(omega * since)
+    return size * c, -size * (c / QUIVER_S + omega * s)
 
 
 @inlined

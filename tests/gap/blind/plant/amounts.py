@@ -308,6 +308,20 @@ ORDERS = {
     "unknown_padded_markers": ("pixels", 0.8),
     "unknown_sliding_sticker": ("pixels", 0.32),  # of one marker of five
     "unknown_scaled_print": ("pixels", 0.6),
+    "unknown_turned_up_edge": ("force", 0.5),
+    "unknown_unswept_edge": ("friction", 0.42),
+    "unknown_stiffening_grease": ("friction", 0.26),  # of disks that slide at 0.86 m/s along either axis
+    "unknown_galloping_guide": ("friction", 0.5),
+    "unknown_thin_floor": ("friction", 0.44),
+    "unknown_squeezed_air": ("force", 0.14),  # of disks that are nowhere nearer than 4 mm
+    "unknown_half_backed_ring": ("kick", 0.06),
+    "unknown_smeared_wall": ("kick", 0.08),
+    "unknown_spun_rim": ("kick", 0.023),  # of disks at 32 rad/s; blows make them spin faster
+    "unknown_quivering_ring": ("gap", 2.3e-4),
+    "unknown_dragging_ring": ("gap", 1.9e-4),
+    "unknown_rolled_camera": ("pixels", 0.8),
+    "unknown_nudged_camera": ("pixels", 0.75),
+    "unknown_fitted_lens": ("pixels", 0.8),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -366,6 +380,9 @@ CAMERA = {
     "unknown_skewed_picture": "VW2",
     "unknown_pressed_button": "VW1",
     "unknown_waking_trigger": "VW2",
+    "unknown_rolled_camera": "VW2",
+    "unknown_nudged_camera": "VW1",
+    "unknown_fitted_lens": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -476,5 +493,13 @@ AS_BEFORE = {
         "unknown_padded_markers",
         "restitution_drift+unknown_scaled_print",
         "camera_clock_offset+unknown_riding_disk",
+    ],
+    "presumed": [
+        "plane_tilt+unknown_dragging_ring",
+        "unknown_nudged_camera",
+        "unknown_quivering_ring",
+        "unknown_rolled_camera",
+        "restitution_drift+unknown_fitted_lens",
+        "camera_clock_offset+unknown_galloping_guide",
     ],
 }

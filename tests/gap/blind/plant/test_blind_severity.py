@@ -25,6 +25,7 @@ from tests.gap.blind.plant.rig import (
 GROUPS = (
     *("unsuspected", "unexpected", "untold", "plausible", "overlooked", "reported", "suspected", "refereed"),
     *("witnessed", "foreseen", "borrowed", "likely", "expected", "supposed", "probable"),
+    "presumed",
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
@@ -45,6 +46,7 @@ STAGES = {
     "expected": (7, 5, 2, 2),
     "supposed": (4, 5, 1, 4),
     "probable": (4, 2, 2, 6),
+    "presumed": (6, 3, 2, 3),
 }
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half, and of a
@@ -127,6 +129,9 @@ def _acts(name):
             "unknown_padded_markers": marker.str.startswith("H"),
             "unknown_sliding_sticker": marker == f"N{view.get('sliding_marker', 0) + 1}",
             "unknown_scaled_print": of_the_disk & (marker != "N1"),
+            "unknown_rolled_camera": camera == "VW2",
+            "unknown_nudged_camera": camera == "VW1",
+            "unknown_fitted_lens": camera == "VW2",
         }[name]
 
     return chosen
