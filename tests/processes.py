@@ -35,6 +35,7 @@ LOADED = (
     "analysis.report.pages.recording_report",
     "scipy.signal",
     "vision.lens.estimate",
+    "tests.loaded",  # the last: it closes what is loaded to the collector
 )
 
 
