@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from multiprocessing.context import ForkServerContext
+from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
@@ -56,7 +56,7 @@ def fresh(
     )
 
 
-def served() -> ForkServerContext:
+def served() -> BaseContext:
     """What starts processes in which all is loaded."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(LOADED))
