@@ -107,7 +107,7 @@ def test_tuned_mass_damper_of_den_hartog():
 def test_a_design_finds_the_better_mass():
     """A range of masses from none to 8 % of the Host's: the heavier ones win, and beat the Host alone."""
     found = design(
-        HOST, {"mass_ratio": (1e-4, 0.08)}, [0.97, 1.0, 1.03], np.random.default_rng(3), Search(8, 3, 8, 40, 20)
+        HOST, {"mass_ratio": (1e-4, 0.08)}, [0.97, 1.0, 1.03], np.random.default_rng(3), Search(8, 3, 4, 40, 20)
     )
     best = found.kept[0]
     assert best.numbers.get("mass_ratio", 0.05) > 0.03

@@ -88,8 +88,17 @@ def test_python_calls_nothing_that_is_inlined():
         for package in ("ovines", "vision", "analysis")
         for path in (ROOT / package).rglob("*.py")
     }
-    trees = {path: ast.parse(source) for path, source in sources.items()}
-    inlined = {".".join(path.relative_to(ROOT).with_suffix("").parts): _inlined(tree) for path, tree in trees.items()}
+    inlined = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts): _inlined(ast.parse(source))
+        for path, source in sources.items()
+        if "inlined" in source
+    }
+    trees = {
+        path: ast.parse(source)
+        for path, source in sources.items()
+        if "inlined" in source
+        or not inlined.keys().isdisjoint(re.findall(r"^\s*from (\S+) import", source, re.MULTILINE))
+    }
     assert "base_motion" in inlined["ovines.core.system.host"]
     slow = []
     for path, tree in trees.items():

@@ -11,10 +11,11 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from analysis.blind.causes.groups import GROUPS
-from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run
+from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run, view_of
 from analysis.blind.draw import draw_cases
 from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.flight.accelerations import derivative
@@ -256,11 +257,19 @@ def moved_px(name, size):
 
 
 @contextmanager
-def short_runs():
+def short_runs(longest_s=0.4):
     """Runs of 0.4 s: some ten blows, where nothing grows with the length."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("analysis.blind.series.LONGEST_S", 0.4)
-        patched.setattr("analysis.blind.series.SHORTEST_S", 0.2)
+        patched.setattr("analysis.blind.series.LONGEST_S", longest_s)
+        patched.setattr("analysis.blind.series.SHORTEST_S", 0.5 * longest_s)
+        yield
+
+
+@contextmanager
+def unfilmed():
+    """Runs that no camera sees, where only the disk's path is asked for: to film one takes as long as to make it."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("analysis.blind.series.tracks_of", lambda *_: pd.DataFrame({"time_s": []}))
         yield
 
 
@@ -269,7 +278,7 @@ def run_of(name, size):
     """Path (n, 7) and impacts of a short run of the same chances with the cause `name` at `size`."""
     plain = outline_series("none", 1.0, np.random.default_rng(4), 1, "white")
     drafted = outline_series(name, size, np.random.default_rng(4), 1, "white").draft
-    with short_runs():
+    with short_runs(), unfilmed():
         states = run_outline(replace(plain, draft=drafted), np.random.default_rng(5), 8.0).states
     return states["state01"], states["imp01"]
 
@@ -291,8 +300,23 @@ def means_what_it_says(name, does, rel=0.12):
     assert does(name, 0.5) == pytest.approx(0.5 * whole, rel=rel)
 
 
+def drafted_as_plain(name):
+    """Whether a severity of 0 leaves every number of the plant, of its Host and of the cameras as it is without the
+    cause, as `film` and `run_of` draw them: the same numbers give the same films and runs, which need not be made."""
+
+    def numbers(one):
+        for seed, runs in ((1, 12), (4, 1)):
+            draft = draft_series(one, 0.0, np.random.default_rng(seed), runs)
+            yield from (physics_of_run(draft, run, DRIVE, 1.2) for run in range(runs))
+            yield from (view_of(draft), draft.vertical_amplitude_m, draft.sway, draft.ringing)
+
+    return list(numbers(name)) == list(numbers("none"))
+
+
 def changes_nothing_at_zero(name):
     """At a severity of 0 films, what the plant does on its way and whole runs are the plain ones."""
+    if drafted_as_plain(name):
+        return
     if CAUSES[name].stage == "measurement":
         assert film(name, 0.0)[0].equals(film("none", 1.0)[0])
         return
@@ -348,7 +372,7 @@ def command_takes_group(group, causes, folder, capsys):
         "1",
         "--kinds",
     ]
-    with short_runs():
+    with short_runs(0.1):
         assert main([*asked, ",".join([*names, group, "none"])]) == 0
     truths = [json.loads(path.read_text()) for path in sorted((folder / "trial" / "sealed").rglob("*.json"))]
     effects = [truth["effect"] for truth in truths]
