@@ -24,7 +24,7 @@ from hypothesis import HealthCheck, settings
 
 from ovines.camera import Camera, write_calibration
 from ovines.tables import write_table
-from tests.processes import alone, forked, fresh, served
+from tests.processes import alone, forked, fresh
 
 # Drawn inputs are the same ones in every run, so that CI does not fail by luck; `pytest --hypothesis-profile long`
 # draws others each time, and twenty times as many.
@@ -103,16 +103,6 @@ def ovines() -> Callable[..., subprocess.CompletedProcess[str]]:
         return forked(command, timeout_s, cwd, file_limit_bytes)
 
     return run
-
-
-@pytest.fixture
-def ready_workers(monkeypatch) -> None:
-    """The processes of ``--jobs`` begin with all loaded, as forked commands do: a second instead of six.  A command as
-    a process of its own has them as they are (test_one_bad_recording_costs_only_itself).
-    """
-    if sys.platform != "win32":
-        served()
-        monkeypatch.setattr("joblib.externals.loky.backend.context._DEFAULT_START_METHOD", "forkserver")
 
 
 @pytest.fixture(scope="module")

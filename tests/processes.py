@@ -15,7 +15,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
@@ -36,7 +35,6 @@ LOADED = (
     "analysis.report.pages.recording_report",
     "scipy.signal",
     "vision.lens.estimate",
-    "tests.loaded",  # the last: it closes what is loaded to the collector
 )
 
 
@@ -56,18 +54,13 @@ def fresh(
     )
 
 
-def served() -> BaseContext:
-    """What starts processes in which all is loaded."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(list(LOADED))
-    return context
-
-
 def started(
     command: Sequence[str], said: Sequence[Path], cwd: Path | None = None, file_limit_bytes: int | None = None
 ) -> BaseProcess:
     """The same from a process in which all is loaded, on its way; ``said``: files of what it prints and complains."""
-    process = served().Process(
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(LOADED))
+    process = context.Process(
         target=_run, args=(list(command), str(cwd or Path.cwd()), dict(os.environ), list(said), file_limit_bytes)
     )
     process.start()
@@ -122,7 +115,7 @@ def dies_once(folder: Path, *arguments: object) -> object:
     """`run_one` that is killed at its first recording `run-02`; here, so that a worker loads no tests for it."""
     from ovines.pipeline.one_recording import run_one
 
-    mark = folder.parents[1] / "died"
+    mark = Path(os.environ["OVINES_TEST_MARK"])
     if folder.name == "run-02" and not mark.exists():
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)

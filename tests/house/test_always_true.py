@@ -247,7 +247,7 @@ def tables_in(out) -> dict[str, bytes]:
     return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*.parquet"))}
 
 
-def test_same_input_same_bytes(tmp_path, capsys, ready_workers):
+def test_same_input_same_bytes(tmp_path, capsys):
     """Two recordings and their joint identification: one job, two jobs, again, and forced; every table the same
     bytes.
     """

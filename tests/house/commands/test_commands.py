@@ -144,11 +144,12 @@ def test_one_bad_recording_costs_only_itself(jobs, small_series, tmp_path, ovine
     assert done == {"run-01", "run-03"}
 
 
-def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch, ready_workers):
+def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch):
     """A process that dies takes its siblings' futures along; each recording is then tried in a process of its own."""
     for number in (1, 2):
         write_small_recording(tmp_path / "series" / f"run-{number:02d}", frames=50, seed=number)
     monkeypatch.setattr("ovines.pipeline.series.recordings.run_one", dies_once)
+    monkeypatch.setenv("OVINES_TEST_MARK", str(tmp_path / "died"))
     outcomes = run_series(tmp_path / "series", tmp_path / "out", "triangulate", workers=Workers(2, bars=False))
     assert (tmp_path / "died").exists()
     assert [one.status for one in outcomes] == ["done"] * 2
