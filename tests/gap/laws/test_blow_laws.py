@@ -31,6 +31,7 @@ from tests.gap.laws.test_uneven_laws import ENOUGH, Asked
 LATE = Factor("approach", "absolute_power", -1.0)
 #: causes as somebody might have them, of one coefficient
 IMPACTS = {
+    "a wall that catches what is slow": Term("restitution", 1.0, (Factor("approach", "beyond", 1.0, 0.54),)),
     "a thread that is wound on": Term("restitution", 1.0, (Factor("turned", "tanh", 1.0, 20.0, 6.0),)),
     "a rim that the floor polishes": Term("wall_friction", 1.0, (Factor("turned_since", "tanh", 1.0, 1.5),)),
     "a disk on a film of air": Term("restitution", 1.0, (Factor("last_left", "rational", 2.0, 0.8),)),

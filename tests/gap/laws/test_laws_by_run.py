@@ -23,7 +23,8 @@ from analysis.gap.laws.frames.rows import PICTURE, FrameRows, problem_of
 from analysis.gap.laws.regression.halves import halves_of
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws import words as W
-from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
 
 RUNS = 12
 STEPS = [first - 0.5 for first in range(1, RUNS)]
@@ -65,6 +66,23 @@ def test_laws_and_walls_may_change_between_any_two_runs():
         assert sorted(steps_of(law_candidates(known), target)) == STEPS
     radius = steps_of(wall_candidates(known), "contact_radius")
     assert all({1, 2} <= radius[step] for step in STEPS)  # its size, and its centre
+
+
+def test_friction_may_begin_anew_every_few_runs():
+    """Evenly more or less with each run, back before the first of them; not asked where it would not begin twice."""
+    for runs, every in ((RUNS, [3, 4, 5, 6]), (6, [3, 4]), (4, [])):
+        scales = RigScales(0.04, 1.7, 0.06, 0.8, 69.0, 100.0, runs)
+        told = [one.terms[0] for one in flight_candidates(scales) if "begins anew" in one.name]
+        assert sorted({t.factors[0].scale for t in told}) == every and len(told) == sum(every)
+        known = np.zeros((runs, W.KNOWN_SIZE))
+        known[:, W.RUN] = np.arange(runs)
+        for term in told:
+            assert term.target == "floor_friction"
+            given = np.empty((runs, 1))
+            sizes(rows_of([term]), known, given)
+            steps, (first, length) = np.diff(given[:, 0]), (term.factors[0].x + 0.5, int(term.factors[0].scale))
+            back = (np.arange(1, runs) - first) % length == 0
+            np.testing.assert_allclose(steps, np.where(back, 1.0 - 1.0 / length, -1.0 / length), atol=1e-12)
 
 
 def still_rows(shift, runs=6, frames=40, noise=0.01, scatter=0.0):

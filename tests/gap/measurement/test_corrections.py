@@ -10,6 +10,7 @@ from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.measurement.corrections import correct
+from analysis.gap.measurement.tests import measurement_tests
 from analysis.gap.series import levelled, retimed, scaled, with_window_shift
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
@@ -84,3 +85,21 @@ def test_a_card_that_lies_higher_than_thought_is_no_tilt_of_the_plane(loaded):
         _, series = loaded(kind, 1.0, 6)
         tests = correct(series).tests
         assert not tests.misprinted and tests.findings["plane_tilt"].found == (kind == "plane_tilt")
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        ("unknown_scaled_print", "the NES's markers, which lie"),
+        ("unknown_stretched_print", "along one direction of it"),
+        ("length_scale_error", None),
+        ("none", None),
+    ],
+)
+def test_a_print_of_another_size_or_shape_is_no_length_scale(loaded, kind, says):
+    """Of the disk alone, or along one direction of the Host: no scale of lengths does that, and none is told beside it
+    (0.3 % told of a print that was 0.5 % too long one way).  A true scale is in both bodies alike."""
+    _, series = loaded(kind, 1.0, 6)
+    tests = measurement_tests(series)
+    assert [says in one.goes_with for one in tests.misprinted] == ([] if says is None else [True])
+    assert tests.findings["length_scale_error"].found == (kind == "length_scale_error")
