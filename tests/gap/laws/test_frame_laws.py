@@ -13,7 +13,7 @@ from matplotlib.quiver import Quiver
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.markers import BOARD_M
-from analysis.blind.recording.picture import REFOCUS_PX
+from analysis.blind.recording.picture import BUTTON_S, REFOCUS_PX
 from analysis.blind.series import make_series
 from analysis.gap.cause import two_sided
 from analysis.gap.diagnose import verdict_of
@@ -71,6 +71,24 @@ def test_a_zoom_that_swings_is_written_and_read_back(tmp_path):
     model = recording.model.model_copy(update={"laws": (str(path),)})
     stated = replace(recording, settings=recording.settings.model_copy(update={"model": model}))
     assert NOT_HELD in identify(series.motions[0], stated).notes
+
+
+def test_a_camera_that_was_touched_as_a_run_began_rings_out(tmp_path):
+    """One wave that fades, not three of neighbouring rates: frequency and time, and the ground stands still without
+    it."""
+    made, series = written(tmp_path / "s", "unknown_pressed_button")
+    (law,), corrected = find_frame_laws(series, np.random.default_rng(0))
+    true = made.truth["parameters"]["unknown_pressed_button"]
+    assert law.closed > 0.9 and law.halves.agree
+    assert [term.target for term in law.law.terms] == ["picture_v", "picture_u"], as_text(law.law)
+    for term in law.law.terms:
+        wave, fades = term.factors
+        assert (wave.quantity, fades.quantity, fades.function) == ("time", "time", "exponential")
+        assert 1 / (2 * np.pi * wave.scale) == pytest.approx(true["frequency_hz"], rel=5e-3)
+        assert fades.scale == pytest.approx(BUTTON_S, rel=0.1)
+    size_px = np.linalg.norm([term.coefficient for term in law.law.terms])
+    assert size_px == pytest.approx(true["button_px"], rel=0.02)
+    assert ground_motion(series) and not ground_motion(corrected)
 
 
 def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):

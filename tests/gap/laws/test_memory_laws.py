@@ -8,7 +8,9 @@ import pytest
 
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
+from analysis.gap.laws import flight_law as laws_of_flights
 from analysis.gap.laws.flight_law import find_flight_law
+from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.instead.wall import wall_law_instead
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
@@ -38,6 +40,30 @@ def flight_law(series):
     rng = np.random.default_rng(0)
     steps = select_flight_effects(series, EFFECTS, frozenset(), False, rng)
     return find_flight_law(series.runs, steps, series.frame, rng)[0]
+
+
+def test_forms_that_flights_do_not_take_are_left_out_of_a_second_search(tmp_path, monkeypatch):
+    """Not the first form nor its rivals, whose equation of motion finds no numbers: the next, and all in three."""
+    series, _ = made_series(tmp_path, "unknown_polymer_floor", 1.0, 33, runs=2)
+    usual, refused, asked = laws_of_flights.fitted_law, [], []
+
+    def takes(runs, base, found):
+        refused.append([one.name for one in found.parts])
+        return None if len(asked) == 1 else usual(runs, base, found)
+
+    def find(self, *rest):
+        free = np.isfinite(self.listed.looked)
+        asked.append({one.name for one, is_asked in zip(self.listed.candidates, free, strict=True) if is_asked})
+        return looked(self, *rest)
+
+    looked = FlightSearch.find
+    monkeypatch.setattr(laws_of_flights, "fitted_law", takes)
+    monkeypatch.setattr(FlightSearch, "find", find)
+    law = flight_law(series)
+    assert law is not None and law.closed > 0.5
+    assert len(asked) == 2 and asked[1] < asked[0] and refused[0][0] in asked[0] - asked[1]
+    monkeypatch.setattr(laws_of_flights, "fitted_law", lambda *rest: None)
+    assert flight_law(series) is None and len(asked) == 4
 
 
 def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):

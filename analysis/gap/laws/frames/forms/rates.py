@@ -28,6 +28,8 @@ OVERTONES, PULSE = (1, 2, 3), 0.08
 # Rates about the best one, in this share of the steps in which all were looked at: what has corners has overtones,
 # which turn faster.
 FINER = 1 / 16
+# Shares of a run in which what swings from its beginning on fades.
+RINGS_OUT = (0.1, 0.3)
 # Frequencies in steps of this over a run, up to this share of the frame rate; in turned series, too.  What alternates
 # from frame to frame has no phase and is a candidate of its own.
 APART, HIGHEST, TURNS = 0.25, 0.48, 19
@@ -57,6 +59,10 @@ def best_rates(units: Mapping[str, tuple[Make, Array]], rows: Rows, rng: np.rand
     for (word, (make, unit)), rate in zip(units.items(), swings, strict=True):
         step = APART / run_s * math.pi / rate
         out.append(Candidate(f"{word}, swinging in time", partial(_swinging, make), (rate,), (step,), (True,), price))
+        for share in RINGS_OUT:
+            ringing, numbers = partial(_ringing_out, make), (rate, share * run_s)
+            name = f"{word}, ringing out from the run's beginning"
+            out.append(Candidate(name, ringing, numbers, (step, SCALE_STEP), (True, True), price))
         rate, phase = _finest(even, unit, rate, 2 * math.pi * APART / run_s)
         if rate * run_s < 2 * math.pi * FEWEST_PERIODS:
             continue
@@ -102,6 +108,12 @@ def best_rates(units: Mapping[str, tuple[Make, Array]], rows: Rows, rng: np.rand
 
 def _swinging(make: Make, rate: float) -> tuple[Term, ...]:
     return tuple(term for wave in waves("time", 1.0, 1.0 / rate) for term in make(wave))
+
+
+def _ringing_out(make: Make, rate: float, fades_s: float) -> tuple[Term, ...]:
+    """A camera that was touched as a run began, a drive that was switched on."""
+    fading = Factor("time", "exponential", 1.0, fades_s)
+    return tuple(term for wave in waves("time", 1.0, 1.0 / rate) for term in make(wave, fading))
 
 
 def _ticking(make: Make, rate: float, turned: float) -> tuple[Term, ...]:
