@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.gap.cause import BENT, BY_BOARDS, EACH_RUN, IN_PICTURE
+from analysis.gap.cause import BENT, BY_BOARDS, EACH_RUN, IN_PICTURE, THAN_STATED
 
 NEXT_TEST: dict[str, str] = {
     "floor_friction": "Flick the disk over the Host's floor at rest and let it stop twice, once spinning: the "
@@ -83,6 +83,12 @@ def unknown_test(stage: str, goes_with: str) -> str:
         return (
             f"The structure goes with {goes_with}. Film the boards once more, with the camera as it is, and diagnose "
             f"with that calibration: nothing of it is left then. {until}"
+        )
+    if THAN_STATED in goes_with:
+        return (
+            f"The structure is {goes_with}. Measure where the markers lie on the body, and how high (a calliper, a "
+            "scan), and write that into layout_m: nothing of it is left then. The markers' places are learnt from the "
+            "recordings, so motion and impacts hardly depend on it."
         )
     if goes_with.startswith(BY_BOARDS):
         return (

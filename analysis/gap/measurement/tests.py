@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.cause import SMALLEST_P, Structure, two_sided
+from analysis.gap.cause import SMALLEST_P, THAN_STATED, Structure, two_sided
 from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.two_views import two_views
@@ -161,7 +161,7 @@ def _misprint(body: str, strain: float, sd: float, way: str) -> Structure:
         "measurement",
         "all",
         "x",
-        f"the {who}'s markers, which lie {100 * abs(strain):.2g} % {farther} than layout_m says, {way}",
+        f"the {who}'s markers, which lie {100 * abs(strain):.2g} % {farther} {THAN_STATED}, {way}",
         abs(strain) / max(NEGLIGIBLE["length_scale_error"], SIGNIFICANCE * sd),
         (strain / sd) ** 2,
         abs(strain),

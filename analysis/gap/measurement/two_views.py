@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.cause import SMALLEST_P, Structure, two_sided
+from analysis.gap.cause import SMALLEST_P, THAN_STATED, Structure, two_sided
 from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.measurement.clock_change import PARTS, clock_change
@@ -170,7 +170,7 @@ def _raised(series: Series, height_m: float, sd_m: float, lens_height_m: float) 
         "measurement",
         "all",
         "z",
-        f"the NES: its markers lie {way} over the Host's than layout_m says",
+        f"the NES: its markers lie {way} over the Host's {THAN_STATED}",
         abs(height_m) / least_m,
         sure**2,
         abs(height_m),

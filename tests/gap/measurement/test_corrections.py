@@ -12,6 +12,7 @@ from analysis.gap.ladder import run_ladder
 from analysis.gap.measurement.corrections import correct
 from analysis.gap.measurement.tests import measurement_tests
 from analysis.gap.series import levelled, retimed, scaled, with_window_shift
+from analysis.gap.tests_by_hand import unknown_test
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
@@ -102,4 +103,5 @@ def test_a_print_of_another_size_or_shape_is_no_length_scale(loaded, kind, says)
     _, series = loaded(kind, 1.0, 6)
     tests = measurement_tests(series)
     assert [says in one.goes_with for one in tests.misprinted] == ([] if says is None else [True])
+    assert all("write that into layout_m" in unknown_test(one.stage, one.goes_with) for one in tests.misprinted)
     assert tests.findings["length_scale_error"].found == (kind == "length_scale_error")
