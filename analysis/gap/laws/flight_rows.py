@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 SUBSTEPS = 3
 # Frames from one knot to the next of the splines that a dictionary is asked with.  Of practice-30's 5,739 columns (800
 # fps) they hold all but 1e-7 of the square of most, 0.0007 of all but one in a hundred, and 0.005 of those that ring
-# fastest, in 11,445 rows for 28,368.
+# fastest, in 10,860 rows for 28,368.
 KNOT_FRAMES = 4
 # So many terms, a whole dictionary, are worth a thread for each processor.
 MANY_TERMS = 64
