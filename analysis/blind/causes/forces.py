@@ -20,9 +20,9 @@ def _rocking_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 def _opened_door(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """The same way in each run, and in each from a time of its own on."""
-    out = {"gust_m_per_s2": 0.85 * size * spread(rng), "gust_rad": float(rng.uniform(0.0, 2.0 * np.pi))}
+    out = {"gust_m_per_s2": 0.7 * size * spread(rng), "gust_rad": float(rng.uniform(0.0, 2.0 * np.pi))}
     draft.plant.update(out)
-    draft.run_numbers["gust_share"] = rng.uniform(0.25, 0.6, runs)
+    draft.run_numbers["gust_share"] = rng.uniform(0.1, 0.5, runs)
     return out
 
 

@@ -324,7 +324,7 @@ ORDERS = {
     "unknown_fitted_lens": ("pixels", 0.8),
     "unknown_rocking_frame": ("force", 0.38),
     "unknown_unclamped_floor": ("force", 0.49),
-    "unknown_opened_door": ("force", 0.85),
+    "unknown_opened_door": ("force", 0.7),
     "unknown_gumming_film": ("friction", 0.18),
     "unknown_creeping_washer": ("force", 0.49),
     "unknown_softening_liner": ("kick", 0.025),

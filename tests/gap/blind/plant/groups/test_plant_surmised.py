@@ -68,7 +68,7 @@ def test_a_door_is_opened_in_each_run():
         out = rate_of(door, time, vx=0.7)
         assert out == pytest.approx((push * np.cos(2.5), push * np.sin(2.5), 0.0), abs=1e-3)
     shares = draft_series("unknown_opened_door", 1.0, np.random.default_rng(2), RUNS).run_numbers["gust_share"]
-    assert len(set(shares)) == RUNS and shares.min() >= 0.25 and shares.max() <= 0.6
+    assert len(set(shares)) == RUNS and shares.min() >= 0.1 and shares.max() <= 0.5
     # What it gives the disk is its push times the way along it.
     nodes = run_plant(door, STILL, np.zeros(6), 0.6, np.random.default_rng(0)).nodes[-1]
     along = nodes[1] * np.cos(2.5) + nodes[2] * np.sin(2.5)
