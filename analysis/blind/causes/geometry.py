@@ -81,7 +81,7 @@ def _jerked_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 
 def _cast_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Each of its waves of a phase of its own."""
-    out = {"uneven_m": 1.9e-4 * size * spread(rng)}
+    out = {"uneven_m": 1.65e-4 * size * spread(rng)}
     out.update({f"uneven_{order}_rad": float(rng.uniform(0.0, 2.0 * np.pi)) for order in range(8, 13)})
     draft.plant.update(out)
     return out
@@ -382,7 +382,7 @@ GEOMETRY = [
     Cause(
         "unknown_tugged_ring",
         "geometry",
-        changes({"tugged_m": 4.8e-4}),
+        changes({"tugged_m": 4.6e-4}),
         follows="the Host's place in the room along the contact's normal",
     ),
     # A ring with play in its seat, which a cable or a cover in the room drags back.

@@ -331,7 +331,7 @@ ORDERS = {
     "unknown_creeping_layer": ("kick", 0.07),
     "unknown_uneven_rubber": ("twist", 4.0),
     "unknown_tugged_ring": ("gap", 0.00026),
-    "unknown_cast_ring": ("gap", 0.00019),
+    "unknown_cast_ring": ("gap", 0.00016),
     "unknown_longer_lens": ("pixels", 0.89),
     "unknown_tilted_sensor": ("pixels", 0.97),
 }
