@@ -11,6 +11,28 @@ def _sway(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _rocking_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Before the drive or behind it, by a quarter of its period or an eighth less or more."""
+    out = {"frame_m_per_s2": 0.55 * size * spread(rng), "frame_rad": sign(rng) * float(rng.uniform(0.785, 2.356))}
+    draft.plant.update(out)
+    return out
+
+
+def _opened_door(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """The same way in each run, and in each from a time of its own on."""
+    out = {"gust_m_per_s2": 0.7 * size * spread(rng), "gust_rad": float(rng.uniform(0.0, 2.0 * np.pi))}
+    draft.plant.update(out)
+    draft.run_numbers["gust_share"] = rng.uniform(0.1, 0.5, runs)
+    return out
+
+
+def _gumming_film(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, at last three times as much as at first."""
+    mean = 0.32 * size * spread(rng)
+    draft.run_numbers.update(gummed_per_s=mean * np.linspace(0.5, 1.5, runs))
+    return {"gummed_per_s": mean}
+
+
 def _ridge(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     out = {"ridge_m_per_s2": 1.2 * size * spread(rng), "ridge_m": float(rng.uniform(-0.015, 0.015))}
     draft.plant.update(out, ridge_rad=float(rng.uniform(0.0, np.pi)))
@@ -272,6 +294,14 @@ FORCES = [
         follows="the slip over the Host's floor, ever less in the course of the run",
         rivals=("viscous_drag",),
     ),
+    # A floor's film of grease, which gathers dust and gums up from run to run.
+    Cause(
+        "unknown_gumming_film",
+        "flight",
+        _gumming_film,
+        follows="the slip over the Host's floor, ever more from run to run",
+        rivals=("viscous_drag",),
+    ),
     # A film of air below the disk, which a blow fills and which thins until the next.
     Cause(
         "unknown_thinning_film",
@@ -279,6 +309,28 @@ FORCES = [
         changes({"thin_film_per_s": 0.5}),
         follows="the slip over the Host's floor, the more the longer since the last blow",
         rivals=("viscous_drag",),
+    ),
+    # A frame that rocks with the drive, and not in step with it.
+    Cause(
+        "unknown_rocking_frame",
+        "flight",
+        _rocking_frame,
+        follows="the drive's phase, along its axis",
+        steady_only=True,
+    ),
+    # A floor plate that nobody has clamped, and that tips from stop to stop.
+    Cause(
+        "unknown_unclamped_floor",
+        "flight",
+        changes({"unclamped_m_per_s2": 0.55}, ("unclamped_rad",)),
+        follows="the sense of the Host's acceleration along the drive's axis",
+    ),
+    # A washer that does not stand level, and creeps to one side of itself as its floor shakes.
+    Cause(
+        "unknown_creeping_washer",
+        "flight",
+        changes({"leaning_m_per_s2": 0.5}, ("leaning_rad",)),
+        follows="the disk's angle once around, in a push in the plane",
     ),
     # --- air ---
     Cause("unknown_magnus", "flight", changes({"magnus": 0.005}, signed=True)),
@@ -307,6 +359,14 @@ FORCES = [
         "flight",
         _switched_blower,
         follows="the time in the run, on and off by even beats, along one direction of the room",
+        rivals=("table_tilt",),
+    ),
+    # A door that is opened in each run, and the draught from there on.
+    Cause(
+        "unknown_opened_door",
+        "flight",
+        _opened_door,
+        follows="the time in the run, from one on, along one direction of the room",
         rivals=("table_tilt",),
     ),
     # A sticker of the disk that has folded up.

@@ -79,6 +79,14 @@ def _jerked_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _cast_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Each of its waves of a phase of its own."""
+    out = {"uneven_m": 1.65e-4 * size * spread(rng)}
+    out.update({f"uneven_{order}_rad": float(rng.uniform(0.0, 2.0 * np.pi)) for order in range(8, 13)})
+    draft.plant.update(out)
+    return out
+
+
 def _quivering_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """So slow that it throws no disk back by more than the blow has lost; the next blow finds it in its first swing."""
     out = {"quiver_m": 9.5e-4 * size * spread(rng), "quiver_rad_per_s": 2.0 * np.pi * float(rng.uniform(9.0, 13.0))}
@@ -198,6 +206,14 @@ GEOMETRY = [
         "geometry",
         _warping_host,
         follows="the number of the run, and the azimuth of the blow twice around",
+        round_only=True,
+    ),
+    # A ring that was cast and never turned.
+    Cause(
+        "unknown_cast_ring",
+        "geometry",
+        _cast_ring,
+        follows="the azimuth, eight to twelve times around",
         round_only=True,
     ),
     # A thin ring that each blow leaves oval, held so by its seat.
@@ -361,6 +377,13 @@ GEOMETRY = [
         "geometry",
         changes({"trailing_m": 3.7e-4}),
         follows="the Host's velocity along the contact's normal",
+    ),
+    # A ring on soft screws, which a cable to the room pulls back.
+    Cause(
+        "unknown_tugged_ring",
+        "geometry",
+        changes({"tugged_m": 4.6e-4}),
+        follows="the Host's place in the room along the contact's normal",
     ),
     # A ring with play in its seat, which a cable or a cover in the room drags back.
     Cause(

@@ -184,6 +184,18 @@ def _rolled_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"rolled_rad": draft.view["rolled_rad"]}
 
 
+def _longer_lens(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Too long or too short."""
+    draft.view["focal"] = 0.0035 * size * spread(rng) * sign(rng)
+    return {"focal": draft.view["focal"]}
+
+
+def _tilted_sensor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Towards any side."""
+    draft.view.update(keystone_px=2.0 * size * spread(rng), keystone_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"keystone_px": draft.view["keystone_px"], "angle_rad": draft.view["keystone_rad"]}
+
+
 def _nudged_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """The same way in each run, and in each at a time of its own; it is put back before the next."""
     draft.view.update(
@@ -507,6 +519,20 @@ MEASUREMENT = [
         "measurement",
         seen("refocused_px", 1.0),
         follows="the third power of the place in one camera's picture",
+    ),
+    # A lens that is a little longer or shorter than the calibration says.
+    Cause(
+        "unknown_longer_lens",
+        "measurement",
+        _longer_lens,
+        follows="the place in one camera's picture, away from its middle, always as much",
+    ),
+    # A sensor that is not square to its lens.
+    Cause(
+        "unknown_tilted_sensor",
+        "measurement",
+        _tilted_sensor,
+        follows="the second power of the place in one camera's picture, along one direction of it",
     ),
     # A lens whose distortion was fitted with too few terms.
     Cause(

@@ -50,6 +50,13 @@ def _warmed_up_ring(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"warmed_up": most, "runs": WARM_RUNS}
 
 
+def _softening_liner(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """It cools between the runs."""
+    out = {"softened": 0.23 * size * spread(rng), "softened_s": float(rng.uniform(0.3, 0.5))}
+    draft.plant.update(out)
+    return out
+
+
 def _giving_screws(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """From a speed on that half of the blows have, about."""
     out = {"giving_s_per_m": 0.06 * size * spread(rng), "giving_m_per_s": float(rng.uniform(0.9, 1.2))}
@@ -255,6 +262,14 @@ RESTITUTION = [
     ),
     # --- by the blows before, the time in the run and the run ---
     Cause("unknown_ageing_restitution", "impact", changes({"ageing_per_s": 0.35})),
+    # A liner that warms in a run and softens, ever more slowly.
+    Cause(
+        "unknown_softening_liner",
+        "impact",
+        _softening_liner,
+        follows="the time in the run, ever more slowly",
+        rivals=("restitution_drift",),
+    ),
     Cause("unknown_restless_restitution", "impact", changes({"rest_amplitude": 0.2})),
     Cause("unknown_damaged_wall", "impact", changes({"damage": 0.12})),
     # A soft liner that each blow dents, turned to a fresh side before each run.

@@ -127,6 +127,13 @@ WALL_FRICTION = [
     Cause("unknown_greased_wall", "impact", changes({"greased": 0.4})),
     # A tacky coating, which shears off at a force of its own, however light the blow.
     Cause("unknown_cohesive_wall", "impact", changes({"cohesion_m_per_s": 0.07})),
+    # A layer on the wall that creeps under a slow slip.
+    Cause(
+        "unknown_creeping_layer",
+        "impact",
+        changes({"creep_m_per_s": 1.4}),
+        follows="the slip's speed: less friction in slow ones",
+    ),
     # A hard blow squeezes the grease out and meets the metal.
     Cause("unknown_squeezed_grease", "impact", changes({"squeezed": 0.6})),
     # A rubber band around the washer slips on it before it slips on the wall.
@@ -306,6 +313,13 @@ WALL_FRICTION = [
         "impact",
         changes({"liner_grip": 0.95}, ("liner_grip_rad",)),
         follows="the azimuth of the blow once around, where the disk sticks",
+    ),
+    # A liner of rubber that is thicker on one side.
+    Cause(
+        "unknown_uneven_rubber",
+        "impact",
+        changes({"rubber": 1.3}, ("rubber_rad",)),
+        follows="the azimuth of the blow once around, in how much of the slip comes back",
     ),
     # A liner whose glue still cures in the course of the series.
     Cause(

@@ -4,9 +4,10 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, making_arrays
 
-# What goes with the Host's acceleration or speed is stated for 8 g at 11 Hz.
+# What goes with the Host's acceleration, speed or way is stated for 8 g at 11 Hz.
 HOST_M_PER_S2 = 78.5
 HOST_M_PER_S = 1.136
+HOST_M = 0.01643
 JERK_S = 1e-5  # a difference over a thousandth of the drive's period
 
 

@@ -111,6 +111,7 @@ class ViewErrors:
     warm_rad: float = 0.0  # ... in this direction of it
     cold_zoom: float = 0.0  # the first camera's picture is too large by this share in the first run, less later
     followed: float = 0.0  # the first camera's picture goes after the disk by this share of its way from the middle
+    focal: float = 0.0  # the first camera's picture is too large by this share
     zoom_swing: float = 0.0  # the first camera's picture grows and shrinks by this share about its centre ...
     zoom_swing_hz: float = 0.0  # ... so many times a second
     creep_px: float = 0.0  # the second camera's picture moves this far along u within a run
@@ -126,6 +127,10 @@ class ViewErrors:
     window_camera: int = 0  # ... in this camera
     stretched: float = 0.0  # both cameras' pictures are this much too tall, about their centres
     skewed: float = 0.0  # the second camera's picture leans: u is more by this share of v, from its middle
+    keystone_px: float = (
+        0.0  # the second camera's sensor is askew: it widens the picture by this 300 px off its middle ...
+    )
+    keystone_rad: float = 0.0  # ... in this direction of it
     interlaced_px: float = 0.0  # both cameras' pictures lie this far off along v, to and fro from frame to frame
     shutter_s: float = 0.0  # both cameras read their rows one after the other, the window in this time
     stutter_share: float = 0.0  # of the first camera's frames show the one before once more

@@ -122,6 +122,17 @@ def skewed(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
     return out
 
 
+def keystoned(pixels: Floats, view: View, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a camera whose sensor is not square to its lens: the picture grows along
+    `keystone_rad`, by `keystone_px` s r, s the place along that and r from the picture's middle in units of
+    `REFOCUS_PX`."""
+    if errors.keystone_px == 0.0:
+        return pixels
+    away = (pixels - view.centre_px) / REFOCUS_PX
+    along = away @ np.array([np.cos(errors.keystone_rad), np.sin(errors.keystone_rad)])
+    return pixels + errors.keystone_px * along[..., None] * away
+
+
 def twist_rad(time_s: np.ndarray, lines: Floats, errors: ViewErrors) -> np.ndarray:
     """How far the first camera is turned about its axis (n,) at `time_s` (n,).
 
@@ -158,7 +169,8 @@ def by_the_first_camera(
     pixels = released(pixels, time_s, errors)
     pixels[..., 0] += np.reshape(shaking.shake_px, (-1, 1))
     pixels[..., 0] += errors.wobble_px * np.sin(2 * np.pi * errors.wobble_hz * time_s)[:, None]
-    swing = shaking.zoom + errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
+    # With a focal length that is not quite the lens' own all of the picture is too large, or too small.
+    swing = errors.focal + shaking.zoom + errors.zoom_swing * np.sin(2 * np.pi * errors.zoom_swing_hz * time_s)
     return pixels + (pixels - view.centre_px) * swing[:, None, None]
 
 
@@ -224,7 +236,7 @@ def by_the_second_camera(pixels: np.ndarray, view: View, errors: ViewErrors, sha
         pixels = twisted(pixels, np.full(frames, errors.rolled_rad), view)
     if errors.sagging_rad != 0.0:  # an arm that gives in the lamps' heat, and is set right before the next run
         pixels = twisted(pixels, errors.sagging_rad * np.linspace(-1.0, 1.0, frames), view)
-    pixels = skewed(pixels, view, errors)
+    pixels = keystoned(skewed(pixels, view, errors), view, errors)
     if shaking.second_off_px is not None:
         pixels = pixels + shaking.second_off_px
     pixels[..., 1] += shaking.second_px

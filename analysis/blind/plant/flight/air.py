@@ -10,6 +10,7 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, SPIN, VX, VY
 
 JET_M = 0.018  # between two holes of an air table: somewhat less than the disk is wide
+GUST_S = 5e-3  # within which a draught sets in: no step for the integrator
 SWITCHED = 0.05  # of a sine, within which a blower runs up or down: no step for the integrator
 AIR_GAP_M = 1e-3  # between a rounded rim and the wall that they touch, as wide as a gap of air that drags as much
 CUSHION_M = 0.008  # from the wall, within which the air between it and the disk falls off
@@ -43,6 +44,8 @@ def _add_room(time: float, state: Floats, p: PlantParameters, out: Floats) -> No
     |u| u, u the disk's velocity against that.
     A blower that switches itself on and off, on with the recording, pushes the disk by `blower_m_per_s2` towards
     `blower_rad` while sin(`blower_rad_per_s` t) is above 0, t the `time` in the run.
+    Somebody opens a door in each run: from the share `gust_share` of it on a draught pushes the disk by `gust_m_per_s2`
+    towards `gust_rad`.
     """
     vx, vy = state[VX], state[VY]
     out[VX] -= p.magnus * state[SPIN] * vy
@@ -65,6 +68,10 @@ def _add_room(time: float, state: Floats, p: PlantParameters, out: Floats) -> No
         push = p.blower_m_per_s2 * 0.5 * (1.0 + np.tanh(swing / SWITCHED))
         out[VX] += push * np.cos(p.blower_rad)
         out[VY] += push * np.sin(p.blower_rad)
+    if p.gust_m_per_s2 != 0.0:
+        push = p.gust_m_per_s2 * 0.5 * (1.0 + np.tanh((time - p.gust_share * p.duration_s) / GUST_S))
+        out[VX] += push * np.cos(p.gust_rad)
+        out[VY] += push * np.sin(p.gust_rad)
     if p.rail_per_s != 0.0:
         a, b = np.cos(p.rail_rad), np.sin(p.rail_rad)
         along = p.rail_per_s * (a * vx + b * vy)

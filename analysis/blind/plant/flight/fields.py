@@ -1,4 +1,4 @@
-"""Forces of magnets, of charge and of threads."""
+"""Forces of magnets, of charge and of threads, and of a washer that drives itself."""
 
 import numpy as np
 
@@ -25,6 +25,7 @@ def add_fields(at: Instant, p: PlantParameters, out: Floats) -> None:
     _add_charge(at, p, out)
     _add_poles(at, p, out)
     _add_eddies(at, p, out)
+    _add_leaning(at.state, p, out)
     _add_hysteresis(at.state, p, out)
     _add_threads(at, p, out)
 
@@ -160,6 +161,15 @@ def _add_eddies(at: Instant, p: PlantParameters, out: Floats) -> None:
         out[VX] += push * ny
         out[VY] -= push * nx
         out[SPIN] -= push / (p.inertia_factor * p.disk_radius_m)
+
+
+@inlined
+def _add_leaning(state: Floats, p: PlantParameters, out: Floats) -> None:
+    """A washer that does not stand level creeps on a floor that shakes, always to the same side of itself: it is driven
+    by `leaning_m_per_s2` towards `leaning_rad` of the disk, whose energy the shaker gives."""
+    if p.leaning_m_per_s2 != 0.0:
+        out[VX] += p.leaning_m_per_s2 * np.cos(state[ANGLE] + p.leaning_rad)
+        out[VY] += p.leaning_m_per_s2 * np.sin(state[ANGLE] + p.leaning_rad)
 
 
 @inlined

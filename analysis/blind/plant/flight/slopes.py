@@ -17,6 +17,7 @@ CONE_M = 0.002  # from the Host's centre, within which a cone is rounded off
 CROSSED_M = 0.004  # from a line of dried glue, within which the disk's edge scrapes over it
 CROSSED_M_PER_S = 0.05  # speed across it from which on it holds back the whole way: no step for the integrator
 RIDGE_M = 0.004  # from a ridge's line to where it is steepest
+UNCLAMPED_M_PER_S2 = 20.0  # acceleration of the Host that takes a loose floor three quarters of its way: two g
 GUIDE_M_PER_S = 0.1  # speed of the Host from which on its carriage leans the whole way
 
 
@@ -128,6 +129,11 @@ def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
     Its carriage has play in its guide: it leans to one side on the way there and to the other on the way back, and the
     floor with it, by `lean_m_per_s2` tanh(the Host's speed along x / `GUIDE_M_PER_S`).
     Its guide is bent, and the floor leans with its place on it, by `guide_per_s2` times its way along x.
+    The frame that carries the rig rocks at the drive's rate, not in step with it: along x by `frame_m_per_s2`
+    (cos(`frame_rad`) a + sin(`frame_rad`) u) / `HOST_M_PER_S2`, a the Host's acceleration along x and u its velocity
+    times the drive's angular frequency.
+    A floor plate that is not clamped tips from one stop to the other as the Host's acceleration turns round, by
+    `unclamped_m_per_s2` tanh(acceleration along x / `UNCLAMPED_M_PER_S2`) along `unclamped_rad`.
     A floor plate that the drive sets vibrating has nodal circles: `_add_nodes`.
     A thin floor sheet, held at one end, buckles up as the Host is accelerated along x and sags as it is accelerated
     back: the disk slides down to all sides, or to the middle, by `buckled_per_s2` (x, y) (acceleration /
@@ -139,6 +145,12 @@ def _add_tilting_host(at: Instant, p: PlantParameters, out: Floats) -> None:
         _add_along(p.lean_m_per_s2 * np.tanh(at.host_velocity[0] / GUIDE_M_PER_S), p.lean_rad, out)
     if p.guide_per_s2 != 0.0:
         _add_along(p.guide_per_s2 * at.host_position[0], p.guide_rad, out)
+    if p.frame_m_per_s2 != 0.0:
+        pull, speed = at.host_acceleration[0], p.drive_rad_per_s * at.host_velocity[0]
+        out[VX] += p.frame_m_per_s2 * (np.cos(p.frame_rad) * pull + np.sin(p.frame_rad) * speed) / HOST_M_PER_S2
+    if p.unclamped_m_per_s2 != 0.0:
+        side = np.tanh(at.host_acceleration[0] / UNCLAMPED_M_PER_S2)
+        _add_along(p.unclamped_m_per_s2 * side, p.unclamped_rad, out)
     if p.nodal_m_per_s2 != 0.0:
         _add_nodes(at, p, out)
     if p.buckled_per_s2 != 0.0:

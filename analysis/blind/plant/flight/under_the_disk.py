@@ -71,6 +71,7 @@ def add_films(at: Instant, p: PlantParameters, out: Floats) -> None:
 
     A film that warms as it is sheared, or is rubbed off, does so ever less in a run and is laid anew before the next:
     by `fading_film_per_s` exp(-t / `fading_film_s`), t the time in the run.
+    One that gums up with dust does so more from run to run: by `gummed_per_s`, the run's own.
     So does a film of air, which a blow fills as it lifts the disk and whose air is then pressed out: by
     `thin_film_per_s` (1 - exp(-the time since the last blow / `THIN_S`)); before any blow by all of it.
     """
@@ -78,6 +79,8 @@ def add_films(at: Instant, p: PlantParameters, out: Floats) -> None:
         _shear(p.oil_film_per_s, at, p, out)
     if p.fading_film_per_s != 0.0:
         _shear(p.fading_film_per_s * np.exp(-max(at.time, 0.0) / p.fading_film_s), at, p, out)
+    if p.gummed_per_s != 0.0:
+        _shear(p.gummed_per_s, at, p, out)
     if p.thin_film_per_s != 0.0:
         late = max(at.time - at.state[IMPACT_S], 0.0)
         left = np.exp(-late / THIN_S) if at.state[COUNT] > 0.5 else 0.0

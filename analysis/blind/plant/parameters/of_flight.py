@@ -211,6 +211,10 @@ class FlightParameters:
     lean_rad: float = 0.0
     guide_per_s2: float = 0.0  # the floor leans by the Host's place: this times its way along x pushes the disk ...
     guide_rad: float = 0.0  # ... in this direction
+    frame_m_per_s2: float = 0.0  # the rig's frame rocks at the drive's rate: pushes the disk along x by this at 8 g ...
+    frame_rad: float = 0.0  # ... this much of a period before the Host's acceleration
+    unclamped_m_per_s2: float = 0.0  # the floor lies at one of two stops, by the sense of the Host's acceleration ...
+    unclamped_rad: float = 0.0  # ... and pushes the disk in this direction, or back
     buckled_per_s2: float = 0.0  # a floor that buckles pushes the disk outwards by this times its place, at 8 g along x
     # what lies on it, and how the disk stands
     nodal_m_per_s2: float = 0.0  # a floor's waves drive the disk to circles by this, at 8 g of the Host ...
@@ -223,6 +227,7 @@ class FlightParameters:
     oil_film_per_s: float = 0.0  # drag of an oil film on the slip, and on the spin over the floor
     fading_film_per_s: float = 0.0  # the same of a film of oil that loses its grip in a run, this as it begins ...
     fading_film_s: float = 0.4  # ... and less by two thirds after this
+    gummed_per_s: float = 0.0  # of each run: the same of a film that thickens from run to run
     thin_film_per_s: float = 0.0  # the same of a film of air that has thinned since the last blow
     # air
     viscous_per_s: float = 0.0
@@ -239,6 +244,9 @@ class FlightParameters:
     blower_m_per_s2: float = 0.0  # a blower pushes the disk by this while it is on ...
     blower_rad: float = 0.0  # ... in this direction ...
     blower_rad_per_s: float = 16.0  # ... on and off at this rate, from a run's beginning
+    gust_m_per_s2: float = 0.0  # a draught pushes the disk by this ...
+    gust_rad: float = 0.0  # ... in this direction ...
+    gust_share: float = 0.5  # ... of each run: from this share of it on
     magnus: float = 0.0
     stream_per_s: float = 0.0  # a stream of air along a line across the ring
     stream_m_per_s: float = 0.8
@@ -285,6 +293,8 @@ class FlightParameters:
     tether_y_m: float = 0.0
     tether_slack_m: float = 0.03
     thread_m_per_s2: float = 0.0  # a thread of glue pulls back to where the wall was hit the last time
+    leaning_m_per_s2: float = 0.0  # a washer that does not stand level creeps to one side of itself, driven by this ...
+    leaning_rad: float = 0.0  # ... this side
     # torques
     spin_drag_per_s: float = 0.0
     stirred: float = 0.0  # the spin's own square times this brakes it

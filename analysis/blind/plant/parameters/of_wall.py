@@ -40,6 +40,12 @@ class WallParameters:
     quiver_rad_per_s: float = 70.0  # ... at this rate
     clay_m: float = 0.0  # the wall stands back by this much more where a blow has struck, with each
     packed_m: float = 0.0  # of each run: how far the wall stands back
+    uneven_m: float = 0.0  # the wall's radius is uneven by this, RMS, in waves of eight to twelve around it ...
+    uneven_8_rad: float = 0.0  # ... each of a phase of its own
+    uneven_9_rad: float = 0.0
+    uneven_10_rad: float = 0.0
+    uneven_11_rad: float = 0.0
+    uneven_12_rad: float = 0.0
     # the disk's shape
     oval: float = 0.0  # the disk's radius, relative to the contact radius, twice around its rim
     oval_rad: float = 0.0
@@ -93,6 +99,7 @@ class WallParameters:
     jerked_rad: float = 0.0  # ... in this direction ...
     jerked_share: float = 0.5  # ... of each run: after this share of it
     dragging_m: float = 0.0  # the wall lies this far off along x, on the side that the Host comes from
+    tugged_m: float = 0.0  # the wall is pulled back towards the room's middle by this at the Host's full way at 8 g
     trailing_m: float = 0.0  # the wall trails behind the Host's velocity by this much
     orbit_m: float = 0.0  # the wall lies this far off, in a direction that goes round
     orbit_rad: float = 0.0
@@ -113,6 +120,8 @@ class WallParameters:
     warmed: float = 0.0  # of each run: share of the restitution lost
     warmed_up: float = 0.0  # of each run: restitution more by this share
     retightened: float = 0.0  # of each run: restitution more by this share
+    softened: float = 0.0  # share of the restitution lost in the course of a run, most of it within softened_s
+    softened_s: float = 0.4
     # ... by the place on the wall
     direction_amplitude: float = 0.0
     direction_phase_rad: float = 0.0
@@ -231,6 +240,7 @@ class WallParameters:
     greased: float = 0.0  # share of the wall friction lost at slips well above greased_m_per_s
     greased_m_per_s: float = 0.4
     rubbed_s_per_m: float = 0.0  # wall friction divided by one and this times the slip
+    creep_m_per_s: float = 0.0  # slip below which the wall's friction falls to none, evenly with it
     squeezed: float = 0.0  # wall friction more by this share in hard blows
     smeared_s_per_m: float = 0.0  # share of the wall friction lost per approach
     hertz: float = 0.0  # wall friction less in hard blows and more in light ones, with the third root of the speed
@@ -265,6 +275,8 @@ class WallParameters:
     incidence: float = 0.0  # share of the tangential restitution lost in blows that slip far for their approach
     liner_grip: float = 0.0  # tangential restitution more by this share at one side of the wall, less at the other
     liner_grip_rad: float = 0.0
+    rubber: float = 0.0  # tangential restitution more by this share on one side of the wall, with a cosine ...
+    rubber_rad: float = 0.0  # ... this one
     gel: float = 0.0  # share of the tangential restitution lost just after the blow before
     shear_set: float = 0.0  # tangential restitution more by this share in slips of the last one's sense, less back
     cured: float = 0.0  # of each run: tangential restitution more by this share

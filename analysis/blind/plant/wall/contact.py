@@ -38,7 +38,7 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
     turn_c, turn_s = np.cos(position[2]), np.sin(position[2])
     x = state[X] - (cosine * p.mass_x_m - sine * p.mass_y_m) - position[0] - (turn_c * p.wall_x_m - turn_s * p.wall_y_m)
     y = state[Y] - (sine * p.mass_x_m + cosine * p.mass_y_m) - position[1] - (turn_s * p.wall_x_m + turn_c * p.wall_y_m)
-    off_x, off_y = wall_offset(time, state, velocity, acceleration, p)
+    off_x, off_y = wall_offset(time, state, position, velocity, acceleration, p)
     rim_x, rim_y = rim_middle(state[ANGLE], state[SPIN], p)
     x, y = x - off_x + rim_x, y - off_y + rim_y
     radius = np.sqrt(x * x + y * y) + 1e-300

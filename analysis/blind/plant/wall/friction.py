@@ -82,6 +82,7 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     A wall of velvet has a pile that each blow lays over: 1 - `combed` tanh(slip / `PILE_M_PER_S`) tanh(the last blow's
     slip / `PILE_M_PER_S`), less along the pile and more against it.
     A wall holds the less the faster the disk slips: 1 / (1 + `rubbed_s_per_m` |slip|).
+    A layer on the wall creeps under a slow slip before it is sheared: tanh(|slip| / `creep_m_per_s`).
     A soft metal smears in hard blows and holds less: 1 - `smeared_s_per_m` approach.
     Of a round contact the area grows less than the load: 1 + `hertz` ((`HERTZ_M_PER_S` / approach)^(1/3) - 1), the
     root `HERTZ_MOST` at most.
@@ -101,6 +102,8 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
     share /= 1.0 + p.rubbed_s_per_m * abs(blow.slip)
     share *= 1.0 + p.squeezed * (1.0 - np.exp(-blow.approach / SQUEEZED_M_PER_S))
+    if p.creep_m_per_s != 0.0:
+        share *= max(np.tanh(abs(blow.slip) / p.creep_m_per_s), LEAST_FRICTION)
     if p.smeared_s_per_m != 0.0:
         share *= max(1.0 - p.smeared_s_per_m * blow.approach, LEAST_FRICTION)
     if p.hertz != 0.0:
@@ -185,6 +188,8 @@ def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> flo
     / (r^2 + `GLANCE`^2), r the slip's size over the approach.
     A liner that is glued along one half only is loose in the other, and comes back less there: 1 + `liner_grip`
     tanh(cos(azimuth - `liner_grip_rad`) / `LINER_EDGE`), but for what would give back more than `MOST_RETURN`.
+    A liner of rubber is thicker on one side and gives back more there: 1 + `rubber` cos(azimuth - `rubber_rad`), but
+    for what would give back more than `MOST_RETURN`.
     A gel that the blow before has sheared is not back yet, and returns less: 1 - `gel` exp(-since / `GEL_S`).
     A liner of rubber keeps the set of its last shear, is stretched by a blow that goes on in its sense and goes slack
     in one that comes back: 1 + `shear_set` tanh(slip / `SHEAR_M_PER_S`) tanh(the last blow's slip / `SHEAR_M_PER_S`),
@@ -206,6 +211,9 @@ def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> flo
         value *= max(1.0 - p.incidence * square / (square + (GLANCE * blow.approach) ** 2 + 1e-300), 0.0)
     if p.liner_grip != 0.0:
         share = 1.0 + p.liner_grip * np.tanh(np.cos(blow.azimuth - p.liner_grip_rad) / LINER_EDGE)
+        value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
+    if p.rubber != 0.0:
+        share = 1.0 + p.rubber * np.cos(blow.azimuth - p.rubber_rad)
         value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
     if p.cured != 0.0:
         value = max(min(value * (1.0 + p.cured), max(value, MOST_RETURN)), 0.0)

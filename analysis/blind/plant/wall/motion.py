@@ -4,7 +4,7 @@ leaking, turning, humming."""
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
-from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2, Four, jerk_of
+from analysis.blind.plant.host import HOST_M, HOST_M_PER_S, HOST_M_PER_S2, Four, jerk_of
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import BLOWS, COUNT, IMPACT_S, NOD_VX, NOD_VY, NOD_X, NOD_Y, NORMAL, SLEEVE, TIRED
 
@@ -23,11 +23,11 @@ Vector = tuple[float, float]
 
 @inlined
 def wall_offset(
-    time: float, state: Floats, velocity: Four, acceleration: Four, p: PlantParameters
+    time: float, state: Floats, position: Four, velocity: Four, acceleration: Four, p: PlantParameters
 ) -> tuple[float, float]:
     """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, crept, bolted on anew, on
-    springs, with play, on one screw, pushed by the last blow, slipping, jerked, trailing, dragging, rolling round,
-    swinging; of the Host's `velocity` and `acceleration`."""
+    springs, with play, on one screw, pushed by the last blow, slipping, jerked, tugged, trailing, dragging, rolling
+    round, swinging; of the Host's `position`, `velocity` and `acceleration`."""
     x, y = p.refit_x_m + p.crept_x_m, p.refit_y_m + p.crept_y_m
     x, y = x + p.rebolted_x_m, y + p.rebolted_y_m
     if p.springy_m != 0.0:
@@ -48,6 +48,9 @@ def wall_offset(
         x, y = x + way * np.cos(p.jerked_rad), y + way * np.sin(p.jerked_rad)
     if p.dragging_m != 0.0:
         x += _dragged(velocity, p)
+    if p.tugged_m != 0.0:
+        off_x, off_y = _tugged(position, p)
+        x, y = x + off_x, y + off_y
     if p.trailing_m != 0.0:
         off_x, off_y = _trailing(velocity, p)
         x, y = x + off_x, y + off_y
@@ -85,6 +88,9 @@ def wall_velocity(
     if p.dragging_m != 0.0:
         left = 1.0 - (_dragged(velocity, p) / p.dragging_m) ** 2
         x -= p.dragging_m * left * acceleration[0] / DRAG_M_PER_S
+    if p.tugged_m != 0.0:
+        moves_x, moves_y = _tugged(velocity, p)
+        x, y = x + moves_x, y + moves_y
     if p.trailing_m != 0.0:
         moves_x, moves_y = _trailing(acceleration, p)
         x, y = x + moves_x, y + moves_y
@@ -125,6 +131,13 @@ def _after_jerk(time: float, p: PlantParameters) -> float:
     """How long ago (in `JERK_WITHIN_S`) a ring has slipped all at once, from `jerked_m` to one side of its place to as
     far to the other: after the share `jerked_share` of the run; before the next it is put back."""
     return (time - p.jerked_share * p.duration_s) / JERK_WITHIN_S
+
+
+@inlined
+def _tugged(rate: Four, p: PlantParameters) -> Vector:
+    """How far a ring on soft screws is off that a cable to the room pulls back like a spring: by `tugged_m` at `HOST_M`
+    of the Host's way from its middle, against it.  Of the Host's velocity it is the ring's own speed."""
+    return -p.tugged_m * rate[0] / HOST_M, -p.tugged_m * rate[1] / HOST_M
 
 
 @inlined

@@ -93,6 +93,8 @@ def _of_the_wall(blow: Blow, state: Floats, p: PlantParameters) -> float:
         value -= p.rest_amplitude * np.exp(-blow.since_s / p.rest_s)
     value -= p.glancing * slip**2 / (slip**2 + approach**2 + 1e-300)
     value *= 1.0 - p.ageing_per_s * blow.time
+    if p.softened != 0.0:  # a liner that softens as a run warms it, ever more slowly
+        value *= max(1.0 - p.softened * (1.0 - np.exp(-max(blow.time, 0.0) / p.softened_s)), 0.0)
     return min(max(value + p.restitution_scatter * blow.chance, LEAST), MOST)
 
 

@@ -195,6 +195,8 @@ def sprung_reach(azimuth: float, p: PlantParameters) -> Reach:
     Turned in a chuck of three jaws it springs into three lobes: `chucked_m` cos 3(azimuth - `chucked_rad`).
     A Host that is not of metal warps from run to run, and its ring goes oval: `warping_m`, the run's own, cos 2(azimuth
     - `warping_rad`).
+    A rough casting is uneven in short waves: `uneven_m` sqrt(2 / 5) times the sum of cos(n azimuth - its phase), n from
+    8 to 12.
     A bead of glue at its seam stands in: -`seam_bead_m` exp(-(azimuth - `seam_bead_rad`)^2 / (2 `BEAD_RAD`^2)).
     """
     more, steeper = 0.0, 0.0
@@ -206,6 +208,13 @@ def sprung_reach(azimuth: float, p: PlantParameters) -> Reach:
         twice = 2.0 * (azimuth - p.warping_rad)
         more += p.warping_m * np.cos(twice)
         steeper -= 2.0 * p.warping_m * np.sin(twice)
+    if p.uneven_m != 0.0:
+        size = p.uneven_m * np.sqrt(2.0 / 5.0)
+        phases = (p.uneven_8_rad, p.uneven_9_rad, p.uneven_10_rad, p.uneven_11_rad, p.uneven_12_rad)
+        for wave in range(5):
+            order = 8.0 + wave
+            more += size * np.cos(order * azimuth - phases[wave])
+            steeper -= size * order * np.sin(order * azimuth - phases[wave])
     if p.seam_bead_m != 0.0:
         away = np.arctan2(np.sin(azimuth - p.seam_bead_rad), np.cos(azimuth - p.seam_bead_rad)) / BEAD_RAD
         bead = p.seam_bead_m * np.exp(-0.5 * away**2)

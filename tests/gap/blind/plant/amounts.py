@@ -322,6 +322,18 @@ ORDERS = {
     "unknown_rolled_camera": ("pixels", 0.8),
     "unknown_nudged_camera": ("pixels", 0.75),
     "unknown_fitted_lens": ("pixels", 0.8),
+    "unknown_rocking_frame": ("force", 0.38),
+    "unknown_unclamped_floor": ("force", 0.49),
+    "unknown_opened_door": ("force", 0.7),
+    "unknown_gumming_film": ("friction", 0.18),
+    "unknown_creeping_washer": ("force", 0.49),
+    "unknown_softening_liner": ("kick", 0.025),
+    "unknown_creeping_layer": ("kick", 0.07),
+    "unknown_uneven_rubber": ("twist", 4.0),
+    "unknown_tugged_ring": ("gap", 0.00026),
+    "unknown_cast_ring": ("gap", 0.00016),
+    "unknown_longer_lens": ("pixels", 0.89),
+    "unknown_tilted_sensor": ("pixels", 0.97),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -383,6 +395,8 @@ CAMERA = {
     "unknown_rolled_camera": "VW2",
     "unknown_nudged_camera": "VW1",
     "unknown_fitted_lens": "VW2",
+    "unknown_longer_lens": "VW1",
+    "unknown_tilted_sensor": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -501,5 +515,13 @@ AS_BEFORE = {
         "unknown_rolled_camera",
         "restitution_drift+unknown_fitted_lens",
         "camera_clock_offset+unknown_galloping_guide",
+    ],
+    "surmised": [
+        "plane_tilt+unknown_longer_lens",
+        "unknown_cast_ring",
+        "unknown_tilted_sensor",
+        "unknown_gumming_film",
+        "restitution_drift+unknown_opened_door",
+        "camera_clock_offset+unknown_unclamped_floor",
     ],
 }
