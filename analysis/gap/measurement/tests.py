@@ -52,9 +52,14 @@ def measurement_tests(series: Series) -> MeasurementTests:
             # A delay that changes within a run moves the Host along its velocity, as late frames do.
             passes = views.change is not None and finding.effect == "trigger_jitter"
             findings[finding.effect] = replace(finding, found=False) if passes else finding
-    learnt = series.cameras is not None and series.cameras[0].field is not None
-    misprinted = (*_printed(strains), *((views.raised,) if views.raised is not None else ()))
+    learnt = _is_learnt(series)
+    misprinted = (*([] if learnt else _printed(strains)), *((views.raised,) if views.raised is not None else ()))
     return MeasurementTests(findings, notes, views.seen, learnt, views.change, misprinted)
+
+
+def _is_learnt(series: Series) -> bool:
+    """Whether points were triangulated with a lens field that the recordings have taught."""
+    return series.cameras is not None and series.cameras[0].field is not None
 
 
 def _frame_rate(series: Series) -> Finding | None:
@@ -102,8 +107,9 @@ class _Strain:
 
 
 def _strains(series: Series) -> dict[str, _Strain]:
-    """Of the bodies with a design in ``layout_m``, from their markers' places as they were seen."""
-    strains = {}
+    """Of the bodies with a design in ``layout_m``, from their markers' places as they were seen.  A lens field that was
+    learnt stretches the Host, which never turns, as a printer does: ``one_way`` is then said of none."""
+    strains, learnt = {}, _is_learnt(series)
     for name, layout in (series.layouts or {}).items():
         body = series.recordings[0].bodies[name]
         if body.layout_m is None:
@@ -118,7 +124,11 @@ def _strains(series: Series) -> dict[str, _Strain]:
         mean, sd = float(np.sum(design * (seen - design))) / square, sd_m / np.sqrt(square)
         most = least = mean
         apart_sd, most_rad = np.inf, 0.0
-        if len(design) > MARKERS_OF_A_LINE and np.linalg.matrix_rank(design, tol=1e-3 * np.sqrt(square)) == 2:
+        if (
+            not learnt
+            and len(design) > MARKERS_OF_A_LINE
+            and np.linalg.matrix_rank(design, tol=1e-3 * np.sqrt(square)) == 2
+        ):
             change = np.linalg.lstsq(design, seen - design, rcond=None)[0]
             values, ways = np.linalg.eigh(0.5 * (change + change.T))
             order = np.argsort(np.abs(values))
