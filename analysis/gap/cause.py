@@ -15,6 +15,7 @@ SMALLEST_P = 1e-12
 EACH_RUN = "each run by itself"
 #: what one begins with that bends the picture of a camera, in all frames alike
 IN_PICTURE = "the place in the picture of"
+#: what markers have in their words that lie on their body otherwise than stated
 THAN_STATED = "than layout_m says"
 BENT = "it is bent, by more than a calibration leaves of a lens"
 BY_BOARDS = "the place in the world, as the boards measured it"

@@ -9,6 +9,7 @@ from itertools import permutations
 
 import numpy as np
 
+from analysis.blind.causes.cameras import CAMERAS
 from analysis.blind.causes.cause import Cause, Draft
 from analysis.blind.causes.clocks import CLOCKS
 from analysis.blind.causes.floor_friction import FLOOR_FRICTION
@@ -17,7 +18,7 @@ from analysis.blind.causes.forces import FORCES
 from analysis.blind.causes.geometry import GEOMETRY
 from analysis.blind.causes.groups import GROUPS
 from analysis.blind.causes.listed import LISTED
-from analysis.blind.causes.measurement import MEASUREMENT
+from analysis.blind.causes.markers import MARKERS
 from analysis.blind.causes.restitution import RESTITUTION
 from analysis.blind.causes.wall_friction import WALL_FRICTION
 from analysis.blind.plant.parameters import PlantParameters
@@ -25,7 +26,8 @@ from analysis.blind.recording.drive import ASKED
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.place import WALLS
 
-_UNLISTED = (FLOOR_FRICTION, FLOOR_HISTORY, FORCES, RESTITUTION, WALL_FRICTION, GEOMETRY, CLOCKS, MEASUREMENT)
+_MEASURED = (CLOCKS, MARKERS, CAMERAS)
+_UNLISTED = (FLOOR_FRICTION, FLOOR_HISTORY, FORCES, RESTITUTION, WALL_FRICTION, GEOMETRY, *_MEASURED)
 _BY_NAME = {cause.name: cause for kind in (LISTED, *_UNLISTED) for cause in kind}
 # In the groups' order.
 CAUSES: dict[str, Cause] = {name: _BY_NAME[name] for group in GROUPS.values() for name in group}

@@ -69,15 +69,15 @@ def find_flight_law(
     problem = search.rows
     lever_m = _lever_m(runs)
     asked = least_m_per_s2 == 0.0
-    floor = without = np.zeros(0)
-    chosen = None
+    reached: tuple[Array, Array] | None = None
     for _ in range(SEARCHES):
         found, p = search.find(rng, LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED, most_parts)
         if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
             return None, steps
-        if not len(floor):
-            floor = _mean_square(runs, [predict.free_paths(run) for run in runs], lever_m)
-            without = _mean_square(runs, _paths(runs, base), lever_m)
+        if reached is None:
+            at_best = [predict.free_paths(run) for run in runs]
+            reached = _mean_square(runs, at_best, lever_m), _mean_square(runs, _paths(runs, base), lever_m)
+        floor, without = reached
         gap_m2 = float(np.sum(without - floor))
         if not asked and _promised(problem.problem, found, gap_m2 / float(without.sum())) < LEAST_PROMISED:
             return None, steps
@@ -85,7 +85,7 @@ def find_flight_law(
         if chosen is not None:
             break
         search = search.leaving_out([one.name for one in (*found.parts, *(r.candidate for r in found.rivals))])
-    if chosen is None:
+    else:
         return None, steps
     found, law = chosen
     fewer = without_needless(runs, law.fit, steps)

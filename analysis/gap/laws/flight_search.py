@@ -70,7 +70,7 @@ class FlightSearch:
     def leaving_out(self, names: Sequence[str]) -> FlightSearch:
         """The search without forms of these names, or of which these are products."""
         price = [
-            np.inf if any(name.startswith(one.name) for name in names) else looked
+            np.inf if any(f"{name},".startswith(f"{one.name},") for name in names) else looked
             for one, looked in zip(self.listed.candidates, self.listed.looked, strict=True)
         ]
         return replace(self, listed=replace(self.listed, looked=np.array(price, float)))
@@ -101,7 +101,7 @@ class FlightSearch:
         problem, scale = without.rows.problem, self.rows.problem.excess
         forms = forms_of(problem, own, [list(range(own.shape[1]))])
         named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / scale - PER_UNKNOWN * own.shape[1]
-        gains = without.listed.gains(problem, scale)[1]
+        gains = without.listed.gains(problem, scale)
         shortlist = shortlist_of(problem, self.rows.columns, without.listed.candidates, gains, scale)
         others = [one for one in shortlist if not _is_held(self.rows.columns(one[0].terms), own, problem.nuisances)]
         if not others:

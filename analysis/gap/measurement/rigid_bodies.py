@@ -62,6 +62,8 @@ def loose_markers(series: Series, clock_s: float = 0.0) -> list[Loose]:
 def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str) -> list[Loose]:
     """The marker whose place on the body differs most between the halves of the runs, by as much in each or by more in
     a longer one, or in one run from the others."""
+    if not residuals:
+        return []
     changes, change_sds, places, place_sds, frames = [], [], [], [], []
     for _, angle, world in residuals:
         own = on_body(angle, world)
@@ -73,11 +75,9 @@ def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str)
         place_sds.append(place_sd)
         frames.append(len(own))
     found: list[tuple[float, float, int, str]] = []
-    for longer in (
-        np.ones(len(frames)),
-        np.mean(frames) / np.array(frames),
-    ):  # what slides goes farther in a longer run
-        by = longer[:, None, None]
+    as_long = np.mean(frames) / np.array(frames)
+    for shares in (np.ones(len(frames)), as_long):  # what slides goes farther in a longer run
+        by = shares[:, None, None]
         change, change_sd = over_runs(list(by * np.array(changes)), list(by * np.array(change_sds)))
         found += _surely_moved(np.abs(change)[None], change_sd[None], "within the runs")
     if len(places) > 2:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.cause import SMALLEST_P, THAN_STATED, Structure, two_sided
+from analysis.gap.cause import THAN_STATED, Structure, two_sided
 from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.two_views import two_views
@@ -176,5 +176,5 @@ def _misprint(body: str, strain: float, sd: float, way: str) -> Structure:
         (strain / sd) ** 2,
         abs(strain),
         "1",
-        max(two_sided(abs(strain) / sd), SMALLEST_P),
+        two_sided(abs(strain) / sd),
     )

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.cause import SMALLEST_P, THAN_STATED, Structure, two_sided
+from analysis.gap.cause import THAN_STATED, Structure, two_sided
 from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.measurement.clock_change import PARTS, clock_change
@@ -175,7 +175,7 @@ def _raised(series: Series, height_m: float, sd_m: float, lens_height_m: float) 
         sure**2,
         abs(height_m),
         "m",
-        max(two_sided(sure), SMALLEST_P),
+        two_sided(sure),
     )
 
 

@@ -152,7 +152,7 @@ def test_a_cause_of_the_way_comes_out_as_itself(flights, cause, name, numbers):
     rows, listed = flights
     moved = [_columns(one, np.ascontiguousarray(cause(one.know)[:, :, None]))[:, 0] for one in rows.flights]
     problem = replace(rows.problem, residual=rows.problem.residual + np.concatenate(moved))
-    gains = listed.gains(problem, problem.excess)[1]
+    gains = listed.gains(problem, problem.excess)
     best, gain = shortlist_of(problem, rows.columns, listed.candidates, gains, problem.excess)[0]
     assert best.name == name and gain > 25.0
     assert best.numbers == pytest.approx(numbers, rel=0.1)
@@ -200,7 +200,7 @@ def test_a_pull_along_a_line_comes_out_as_itself(flights):
     problem = replace(rows.problem, residual=rows.problem.residual + np.concatenate(moved))
     scales = RigScales.of(rows.known, 70.0)
     listed = Listed.of(place_candidates(scales), rows.columns, rows.problem)
-    gains = listed.gains(problem, problem.excess)[1]
+    gains = listed.gains(problem, problem.excess)
     best, gain = shortlist_of(problem, rows.columns, listed.candidates, gains, problem.excess)[0]
     assert best.name == "pull along a line of the room" and gain > 25.0
     assert np.cos(best.numbers[0] - line_rad) ** 2 > 0.99

@@ -278,7 +278,7 @@ def test_calibration_images_without_a_board(case, tmp_path, capsys):
         .replace("0, 1192", "0, 0")
         .replace("0, 900", "0, 0")
     )
-    for name in ("VW1_1", "VW2_1", "x_VW1", "x_VW2"):
+    for name in ("VW1_1", "VW1_2", "VW2_1", "VW2_2", "x_VW1", "x_VW2"):
         cv2.imwrite(str(folder / f"{name}.png"), IMAGES["black"][0] if case == "black" else NOISE)
     for command in ("calibrate", "run", "diagnose"):
         status, said = ended_well(capsys, command, folder, "--out", tmp_path / f"out-{command}")

@@ -67,10 +67,13 @@ class Listed:
         """What each (G,) must explain for its unknowns, and for having been looked for."""
         return self.looked + PER_UNKNOWN * np.array([one.unknowns for one in self.candidates])
 
-    def gains(self, problem: Regression, scale: float) -> tuple[Forms, Array]:
-        """Normal equations beside the nuisances of ``problem``, and the held-out gain (G,) of each over ``scale``, its
-        price taken off."""
-        forms = forms_of(self.asked(problem), self.table, self.groups, self.kin)
+    def gains(self, problem: Regression, scale: float) -> Array:
+        """The held-out gain (G,) of each over ``scale`` beside the nuisances of ``problem``, its price taken off."""
+        return self.gains_in(self.asked(problem), scale)[1]
+
+    def gains_in(self, asked: Regression, scale: float) -> tuple[Forms, Array]:
+        """Normal equations beside the nuisances of a problem in the table's rows, and those gains."""
+        forms = forms_of(asked, self.table, self.groups, self.kin)
         return forms, held_out_gains(forms, np.ones((1, len(forms.fold))))[0] / scale - self.looked
 
 

@@ -70,7 +70,8 @@ def find_law(
     scale, candidates, table, groups = problem.excess, listed.candidates, listed.table, listed.groups
     while len(parts) < most_parts:
         held = with_parts(problem, columns, parts)
-        asked, (forms, gains) = listed.asked(held), listed.gains(held, scale)
+        asked = listed.asked(held)
+        forms, gains = listed.gains_in(asked, scale)
         best = _simplest(candidates, gains)
         # What chance's best gains is what is left of its gain, too, once its unknowns and the looking are paid.
         prices = scale * listed.prices
@@ -131,7 +132,7 @@ def _with_more(held: Regression, columns: Columns, listed: Listed, best: int, ga
     chosen = [best]
     while len(chosen) <= MORE_PARTS:
         beside = with_parts(held, columns, [listed.candidates[i] for i in chosen])
-        again = listed.gains(beside, held.excess)[1]
+        again = listed.gains(beside, held.excess)
         again[chosen] = -np.inf
         first = _simplest(listed.candidates, again)
         if again[first] < max(LEAST_MORE * float(gains[best]), LEAST_MORE_GAIN):
@@ -259,7 +260,7 @@ def _replaced(
     for i in range(len(parts) - 1):
         others = [one for j, one in enumerate(parts) if j != i]
         held = with_parts(problem, columns, others)
-        gains = listed.gains(held, problem.excess)[1]
+        gains = listed.gains(held, problem.excess)
         best = listed.candidates[_simplest(listed.candidates, gains)]
         if best.name == parts[i].name or best.name in [one.name for one in others]:
             continue

@@ -83,7 +83,7 @@ def _begins_anew(every: int, first: int) -> Modulator:
     """Evenly more with each run, and back before run ``first`` (from 0) and every few runs from it on: dust that is
     wiped off, a battery that is charged."""
     tooth = Factor("run", "sawtooth", 1.0, float(every), first - 0.5)
-    return fixed(f"that begins anew every {every} runs, first with run {first + 1}", (tooth,))
+    return fixed("that begins anew every few runs", (tooth,))
 
 
 def law_between(word: str, target: str, known: Array) -> list[Candidate]:

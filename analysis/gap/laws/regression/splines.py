@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 Array = NDArray[np.float64]
-# A force that begins within a frame leaves a kink in the second derivative of what it moves.
+# With a knot every four frames cubic ones leave 0.02 of the square of what rings fastest, these 0.005, in a sixth more
+# rows (practice-30).
 DEGREE = 5
 
 

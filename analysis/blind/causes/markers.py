@@ -1,0 +1,168 @@
+"""Unlisted causes in the markers: how they were printed, and how they sit on Host and disk."""
+
+import numpy as np
+
+from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, seen, sign, spread, vector
+
+
+def _leaning_card(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Towards any direction of the disk."""
+    draft.view.update(card_lean_rad=0.07 * size * spread(rng), card_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"card_lean_rad": draft.view["card_lean_rad"], "angle_rad": draft.view["card_rad"]}
+
+
+def _slipped_marker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view.update(slipped_m=vector(0.5e-3 * size * spread(rng), rng))
+    return {"x_m": draft.view["slipped_m"][0], "y_m": draft.view["slipped_m"][1]}
+
+
+def _bent_tab(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    draft.view.update(tab_m=5e-4 * size * spread(rng), tab_marker=int(rng.integers(4)))
+    return {"tab_m": draft.view["tab_m"], "marker": float(draft.view["tab_marker"])}
+
+
+def _flung_sticker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Any sticker but the middle one."""
+    draft.view.update(flung_m=3e-4 * size * spread(rng), flung_marker=int(rng.integers(1, 5)))
+    return {"flung_m": draft.view["flung_m"], "marker": float(draft.view["flung_marker"] + 1)}
+
+
+def _creeping_sticker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Any sticker but the middle one, any way on the disk."""
+    draft.view.update(creeping_m=vector(1.4e-5 * size * spread(rng), rng), creeping_marker=int(rng.integers(1, 5)))
+    x, y = draft.view["creeping_m"]
+    return {"x_m": x, "y_m": y, "marker": float(draft.view["creeping_marker"] + 1)}
+
+
+def _sliding_sticker(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Any sticker but the middle one, any way on the disk."""
+    way = vector(4.6e-4 * size * spread(rng), rng)
+    draft.view.update(sliding_m_per_s=way, sliding_marker=int(rng.integers(1, 5)))
+    return {"x_m_per_s": way[0], "y_m_per_s": way[1], "marker": float(draft.view["sliding_marker"] + 1)}
+
+
+def _stretched_print(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Too long or too short."""
+    draft.view["print_stretch"] = 0.0055 * size * spread(rng) * sign(rng)
+    return {"print_stretch": draft.view["print_stretch"]}
+
+
+def _scaled_print(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Too large or too small."""
+    draft.view["print_scale"] = 0.023 * size * spread(rng) * sign(rng)
+    return {"print_scale": draft.view["print_scale"]}
+
+
+def _eccentric_print(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """To any side of the disk."""
+    draft.view.update(reading_rad=0.034 * size * spread(rng), reading_at_rad=float(rng.uniform(0.0, 2.0 * np.pi)))
+    return {"reading_rad": draft.view["reading_rad"], "angle_rad": draft.view["reading_at_rad"]}
+
+
+def _swelling_paper(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Evenly from run to run, as much too small at first as too large at last."""
+    most = 0.0035 * size * spread(rng)
+    draft.view.update(paper=tuple((most * np.linspace(-1.0, 1.0, runs)).tolist()))
+    return {"paper": most}
+
+
+def _rubbery_card(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """So slow that each of its swings is in several frames."""
+    draft.view.update(card_s=1.35e-3 * size * spread(rng), card_hz=float(rng.uniform(25.0, 60.0)))
+    return {"card_s": draft.view["card_s"], "frequency_hz": draft.view["card_hz"]}
+
+
+MARKERS = [
+    Cause("unknown_slipped_marker", "measurement", _slipped_marker),
+    # One of the Host's markers sits on a tab that bends as the Host is accelerated.
+    Cause("unknown_bent_tab", "measurement", _bent_tab),
+    # A sticker that has come loose and is flung outwards by the spin.
+    Cause("unknown_flung_sticker", "measurement", _flung_sticker, follows="the square of the spin"),
+    # The disk's markers are on a card, and that on soft glue.
+    Cause(
+        "unknown_rubbery_card",
+        "measurement",
+        _rubbery_card,
+        follows="the time since the last blows and their changes of spin",
+        short_blows=True,
+    ),
+    # The disk's markers are on a card that has play on its pin.
+    Cause(
+        "unknown_card_play",
+        "measurement",
+        seen("card_play_rad", 0.023),
+        follows="the sense of the last blow's change of spin",
+        short_blows=True,
+    ),
+    # A sticker of the disk whose glue gives a little in each blow.
+    Cause(
+        "unknown_creeping_sticker",
+        "measurement",
+        _creeping_sticker,
+        follows="the number of blows so far, at one marker of the disk",
+    ),
+    # A sticker of the disk whose glue is soft, and which is put right before each run.
+    Cause(
+        "unknown_sliding_sticker",
+        "measurement",
+        _sliding_sticker,
+        follows="the time in the run, at one marker of the disk",
+    ),
+    # Markers of disk and Host from a printer that stretches its sheets.
+    Cause(
+        "unknown_stretched_print",
+        "measurement",
+        _stretched_print,
+        follows="the place of the markers along one direction of their body",
+    ),
+    # Markers of the disk that were printed in another size than they were drawn.
+    Cause(
+        "unknown_scaled_print",
+        "measurement",
+        _scaled_print,
+        follows="the place of the disk's markers from its middle",
+    ),
+    # Markers of the Host on soft pads, which stay back as it is accelerated.
+    Cause(
+        "unknown_padded_markers",
+        "measurement",
+        seen("pads_m", 2.3e-4),
+        follows="the Host's acceleration, in all of its markers",
+    ),
+    # Markers of the disk that were printed around another point than their middle.
+    Cause(
+        "unknown_eccentric_print",
+        "measurement",
+        _eccentric_print,
+        follows="the disk's angle once around, in the angle itself",
+    ),
+    # The disk's markers are on a thick card, and the board lay below it.
+    Cause(
+        "unknown_raised_card",
+        "measurement",
+        seen("raised_m", 3.8e-4),
+        follows="which camera sees the disk's markers, to its own side, always as much",
+    ),
+    # The Host's markers are printed on one sheet of paper, which swells.
+    Cause(
+        "unknown_swelling_paper",
+        "measurement",
+        _swelling_paper,
+        follows="the number of the run, in the way of the Host's markers from their middle",
+    ),
+    # The disk's markers are on a card that is not level.
+    Cause(
+        "unknown_leaning_card",
+        "measurement",
+        _leaning_card,
+        follows="the disk's angle, to either camera's own side",
+    ),
+    # A blow lifts the disk, and its markers with it: cameras that look askew see them elsewhere.
+    Cause(
+        "unknown_risen_markers",
+        "measurement",
+        seen("risen_s", 1.6e-4),
+        follows="the time since the last blow and its change of the disk's velocity, to either camera's own side",
+        short_blows=True,
+    ),
+]
