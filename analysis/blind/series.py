@@ -32,7 +32,9 @@ from analysis.blind.recording.markers import (
     played,
     printed,
     risen,
+    sheared,
     slid,
+    smeared,
     world_points,
 )
 from analysis.blind.recording.noise import Noise, draw_noise
@@ -194,6 +196,7 @@ def _points(
     blows, out = _blows(motion), []
     for pose, time_s in zip(poses, times, strict=True):
         card = played(carded(pose.nes, time_s, blows, errors), time_s, blows, errors)
+        card = sheared(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
         card = risen(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
         card = misread(card, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
@@ -201,6 +204,7 @@ def _points(
         points = crept(points, pose.nes[:, 3], time_s, motion.impacts, errors)
         points = slid(points, pose.nes[:, 3], time_s, errors)
         points = shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors)
+        points = smeared(points, time_s, errors)
         out.append(on_the_board(bulged(points, pose.host, errors), errors))
     return out
 

@@ -114,6 +114,14 @@ def _pulsing_air(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _caught_speck(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """In each run from a time of its own on; wiped off between the runs."""
+    out = {"specked": 0.36 * size * spread(rng)}
+    draft.plant.update(out)
+    draft.run_numbers["specked_share"] = rng.uniform(0.1, 0.5, runs)
+    return out
+
+
 def _wearing_middle(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Evenly from run to run, polished or roughened: as much less than on the mean at first as more at last, or
     the other way."""
@@ -209,6 +217,23 @@ FLOOR_HISTORY = [
         changes({"debris_s_per_m": 0.45}),
         follows="the way slid since the last blow, and its approach speed",
         short_blows=True,
+    ),
+    # A disk that rattles on its floor after a blow, the more the harder it was.
+    Cause(
+        "unknown_rattling_disk",
+        "flight",
+        changes({"rattled_s_per_m": 0.25}),
+        follows="the time since the last blow, times its approach speed, in the friction",
+        rivals=("nes_rocking", "unknown_hop"),
+        short_blows=True,
+    ),
+    # A speck that gets under the disk in the course of each run.
+    Cause(
+        "unknown_caught_speck",
+        "flight",
+        _caught_speck,
+        follows="the time in the run, from one on, in the friction",
+        rivals=("friction_drift",),
     ),
     # A floor that is cleaned once, between two runs.
     Cause(

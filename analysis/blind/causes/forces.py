@@ -369,6 +369,13 @@ FORCES = [
         follows="the time in the run, from one on, along one direction of the room",
         rivals=("table_tilt",),
     ),
+    # Lamps that are switched on for each run, and the air that rises over the warm floor.
+    Cause(
+        "unknown_warm_updraught",
+        "flight",
+        changes({"updraught_per_s2": 40.0}),
+        follows="the place from the Host's centre, times the time in the run",
+    ),
     # A sticker of the disk that has folded up.
     Cause(
         "unknown_raised_sail",
@@ -453,6 +460,14 @@ FORCES = [
         "flight",
         changes({"charged_per_s2": 26.0}),
         follows="the place from the Host's centre, times the way slid since the last blow",
+    ),
+    # A disk with a charge that stays, and its image in a ring of metal.
+    Cause(
+        "unknown_image_charge",
+        "flight",
+        changes({"image_m_per_s2": 1.2}),
+        follows="one over the square of the way to the wall, always as much",
+        round_only=True,
     ),
     # A plastic ring, which charges the disk with each blow and draws it.
     Cause(

@@ -122,6 +122,21 @@ MARKERS = [
         _scaled_print,
         follows="the place of the disk's markers from its middle",
     ),
+    # The disk's markers are on a card, and that on tough glue.
+    Cause(
+        "unknown_shearing_glue",
+        "measurement",
+        seen("sheared_s", 9e-5),
+        follows="the time since the last blows and their changes of the disk's velocity, in all of its markers",
+        short_blows=True,
+    ),
+    # A shutter that is open for long.
+    Cause(
+        "unknown_long_shutter",
+        "measurement",
+        seen("smear_s2_per_m", 2.1e-5),
+        follows="the square of the speed, along the markers' own way",
+    ),
     # Markers of the Host on soft pads, which stay back as it is accelerated.
     Cause(
         "unknown_padded_markers",

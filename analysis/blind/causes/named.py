@@ -31,7 +31,7 @@ _UNLISTED = (FLOOR_FRICTION, FLOOR_HISTORY, FORCES, RESTITUTION, WALL_FRICTION, 
 _BY_NAME = {cause.name: cause for kind in (LISTED, *_UNLISTED) for cause in kind}
 # In the groups' order.
 CAUSES: dict[str, Cause] = {name: _BY_NAME[name] for group in GROUPS.values() for name in group}
-LASTING = "finite_contact_time"
+LASTING = ("finite_contact_time", "unknown_round_contact")
 
 
 def may_stand_together(causes: tuple[str, ...], wall: str, drive: str) -> bool:
@@ -49,7 +49,7 @@ def _rules_out(one: Cause, other: Cause) -> bool:
 
     Such a contact has a law of its own and keeps nothing of the last blow; in it no spin jumps.
     """
-    return other.name in one.rivals or (one.name == LASTING and (other.short_blows or other.stage == "impact"))
+    return other.name in one.rivals or (one.name in LASTING and (other.short_blows or other.stage == "impact"))
 
 
 def draft_series(

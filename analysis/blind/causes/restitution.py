@@ -86,6 +86,15 @@ def _backed_screw(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"backed": most, "backed_rad": draft.plant["backed_rad"]}
 
 
+def _round_contact(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Shared between normal and wall so that what sticks in a blow at 1 m/s comes back as it would in one that takes no
+    time: of a slip that swings at sqrt(3) of the tangential spring's own rate for half a period of the normal one."""
+    swung = 2.0 * np.pi - np.arccos(-draft.plant["tangential_restitution"])
+    out = {"hertz_contact_s": 5e-4 * size * spread(rng)}
+    draft.plant.update(out, contact_shear_share=float((swung / np.pi) ** 2 / 3.0), restitution_scatter=0.0)
+    return out
+
+
 RESTITUTION = [
     # --- by the place on the wall ---
     Cause("unknown_soft_spot", "impact", changes({"soft_amplitude": 0.25}, ("soft_azimuth_rad",))),
@@ -260,6 +269,14 @@ RESTITUTION = [
         changes({"oblique": 0.5}, signed=True),
         follows="the angle of incidence",
     ),
+    # A rim that is rounded, and wall and rim that give as Hertz has it.
+    Cause(
+        "unknown_round_contact",
+        "impact",
+        _round_contact,
+        follows="the approach speed to the power -1/5, in how long a blow lasts",
+        rivals=("finite_contact_time",),
+    ),
     # --- by the blows before, the time in the run and the run ---
     Cause("unknown_ageing_restitution", "impact", changes({"ageing_per_s": 0.35})),
     # A liner that warms in a run and softens, ever more slowly.
@@ -286,6 +303,21 @@ RESTITUTION = [
         "impact",
         changes({"loosened": 0.3}),
         follows="the number of the blow in its run",
+    ),
+    # Soft metal that a blow hardens for the next.
+    Cause(
+        "unknown_hardening_dints",
+        "impact",
+        changes({"dinted_s_per_m": 0.075}),
+        follows="the approach speed of the last blow, in the rebound",
+    ),
+    # Clamps that creep after they were tightened, before each run.
+    Cause(
+        "unknown_slackening_clamps",
+        "impact",
+        changes({"slackened": 0.045}),
+        follows="the logarithm of the time in the run",
+        rivals=("restitution_drift",),
     ),
     # A washer that blows heat, and that cools between the runs.
     Cause(

@@ -134,6 +134,20 @@ WALL_FRICTION = [
         changes({"creep_m_per_s": 1.4}),
         follows="the slip's speed: less friction in slow ones",
     ),
+    # Grease on the wall that thickens as it is sheared.
+    Cause(
+        "unknown_thickening_grease",
+        "impact",
+        changes({"thickened_s_per_m": 2.0}),
+        follows="the size of the slip, evenly, more friction in fast ones",
+    ),
+    # A dry wall, whose junctions have less time to grow in fast slips.
+    Cause(
+        "unknown_rate_weakened_wall",
+        "impact",
+        changes({"rate_weakened": 0.6}),
+        follows="the logarithm of the slip's size",
+    ),
     # A hard blow squeezes the grease out and meets the metal.
     Cause("unknown_squeezed_grease", "impact", changes({"squeezed": 0.6})),
     # A rubber band around the washer slips on it before it slips on the wall.
@@ -320,6 +334,13 @@ WALL_FRICTION = [
         "impact",
         changes({"rubber": 1.3}, ("rubber_rad",)),
         follows="the azimuth of the blow once around, in how much of the slip comes back",
+    ),
+    # A liner of rubber that each run's blows work soft.
+    Cause(
+        "unknown_worked_rubber",
+        "impact",
+        changes({"worked": 1.0}),
+        follows="the number of the blow in its run, in how much of the slip comes back",
     ),
     # A liner whose glue still cures in the course of the series.
     Cause(

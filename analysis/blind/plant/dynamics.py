@@ -28,7 +28,7 @@ from analysis.blind.plant.state import (
     Y,
 )
 from analysis.blind.plant.wall.contact import strike, wall_gap
-from analysis.blind.plant.wall.lasting_contact import compliant_step, spring_dashpot
+from analysis.blind.plant.wall.lasting_contact import compliant_step, lasts_s, spring_dashpot
 
 STEP_S = 1.0 / 25600.0
 START_S = -2e-3  # before the first frame, so that late or early cameras still see motion
@@ -152,9 +152,9 @@ def _move(
     state, new, rates, no_chance = scratch[0], scratch[1], scratch[2:7], scratch[7]
     n, n_impact, n_held, n_swing = 0, 0, 0, 0
     gives = p.recoil_kg > 0.0
-    soft = p.contact_time_s > 0.0
+    soft = lasts_s(p) > 0.0
     spring = spring_dashpot(p) if soft else (0.0, 0.0, 0.0)
-    sustained = 5.0 * p.contact_time_s
+    sustained = 5.0 * lasts_s(p)
     time, touching, since = START_S, False, 0.0
     while time < duration_s and n < nodes.shape[0] - 4 and n_impact < 3990 and n_held < 390:
         _note(nodes[n], time, state, 1.0 if touching else 0.0)

@@ -59,6 +59,7 @@ class ViewErrors:
     flung_marker: int = 1  # ... this one, the middle one being 0
     card_s: float = 0.0  # the disk's markers swing about its middle after a blow, by its change of spin times this ...
     card_hz: float = 40.0  # ... so many times a second
+    sheared_s: float = 0.0  # the disk's markers stay back by its change of velocity in a blow times this, ever less
     risen_s: float = 0.0  # the disk's markers stand higher by this after a blow that changes its velocity by 1 m/s
     card_play_rad: float = 0.0  # the disk's markers lie turned by this to the side that the last blow has left them at
     reading_rad: float = 0.0  # the disk's markers lie turned by this times the sine of its angle ...
@@ -66,6 +67,7 @@ class ViewErrors:
     raised_m: float = 0.0  # the disk's markers stand higher by this than the board lay
     card_lean_rad: float = 0.0  # the card with the disk's markers leans by this much ...
     card_rad: float = 0.0  # ... towards this direction of the disk, where it stands the highest
+    smear_s2_per_m: float = 0.0  # all markers are found behind by this times the square of their speed
     blur_s: float = 0.0  # each body's place and angle scatter by the way (turn) of this time
     # light
     glare_px: float = 0.0  # markers near a lamp's reflection are drawn towards it, at most this far, ...

@@ -15,6 +15,7 @@ RISEN_S = 0.05  # in which a disk that a blow has lifted comes down again: a fli
 PLAY_RAD_PER_S = 2.0  # change of spin in a blow that throws a card with play to three quarters of it
 BOARD_M = 0.05  # from the world's origin to where a bowed board is off by what its cause says: at the Host's markers
 TOUCH_M_PER_S = 0.3  # approach of an impact that is a mere touch and moves no sticker
+SHEARED_S = 0.015  # in which glue that a blow has sheared comes back by two thirds: a part of a flight
 CARD_S = 0.03  # in which a card on soft glue comes to rest on its disk
 
 
@@ -214,6 +215,33 @@ def risen(nes: Floats, time_s: Floats, impact_s: Floats, kicks: Floats, errors: 
         since = np.maximum(time_s - instant, 0.0)
         high = np.where(time_s >= instant, kick * np.exp(-since / RISEN_S), high)
     out[:, 2] += errors.risen_s * high
+    return out
+
+
+def sheared(nes: Floats, time_s: Floats, impact_s: Floats, kicks: Floats, errors: ViewErrors) -> Floats:
+    """Poses (n, 4: x, y, z, angle) of a card with the disk's markers, at `time_s` (n,), where those of the disk are
+    `nes`: a blow shears the tough glue below it, and the card stays back until that has crept back.
+
+    By -`sheared_s` kick exp(-since / `SHEARED_S`), the sum over the blows before: those at `impact_s` (k,) with the
+    disk's changes of velocity `kicks` (k, 2).
+    """
+    if errors.sheared_s == 0.0:
+        return nes
+    out = nes.copy()
+    for instant, kick in zip(impact_s, kicks, strict=True):
+        left = np.where(time_s >= instant, np.exp(-np.maximum(time_s - instant, 0.0) / SHEARED_S), 0.0)
+        out[:, :2] -= errors.sheared_s * left[:, None] * kick
+    return out
+
+
+def smeared(points_m: Floats, time_s: Floats, errors: ViewErrors) -> Floats:
+    """Points (frames, markers, 3) where markers are found that move while the shutter is open: their smear is fainter
+    towards its head, and the longer the fainter, so that they are found behind by `smear_s2_per_m` times the square of
+    their speed, along their own way in the room."""
+    if errors.smear_s2_per_m == 0.0:
+        return points_m
+    rate, out = np.gradient(points_m[..., :2], time_s, axis=0), points_m.copy()
+    out[..., :2] -= errors.smear_s2_per_m * np.hypot(rate[..., 0], rate[..., 1])[..., None] * rate
     return out
 
 

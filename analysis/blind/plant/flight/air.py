@@ -29,6 +29,7 @@ def add_air(at: Instant, p: PlantParameters, out: Floats) -> None:
     _add_sail(at.state, p, out)
     _add_stream(at, p, out)
     _add_host(at, p, out)
+    _add_updraught(at, p, out)
     _add_cushion(at, p, out)
     _add_jets(at, p, out)
 
@@ -117,6 +118,16 @@ def _add_host(at: Instant, p: PlantParameters, out: Floats) -> None:
         blown = p.bellows_m_per_s2 * np.sqrt(velocity[0] ** 2 + velocity[1] ** 2) / HOST_M_PER_S**2
         out[VX] += blown * velocity[0]
         out[VY] += blown * velocity[1]
+
+
+@inlined
+def _add_updraught(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """Lamps that are switched on for each run warm the floor, and air rises over it that flows outwards below, ever
+    more: `updraught_per_s2` (x, y) times the share of the run that has passed."""
+    if p.updraught_per_s2 != 0.0:
+        push = p.updraught_per_s2 * min(max(at.time, 0.0) / p.duration_s, 1.0)
+        out[VX] += push * at.x
+        out[VY] += push * at.y
 
 
 @inlined

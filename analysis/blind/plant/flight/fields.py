@@ -9,6 +9,7 @@ from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, AZIMUTH, BLOWS, COUNT, IMPACT_S, SPIN, VX, VY, WAY, WAY_BEFORE, X, Y
 
 CORE_M = 0.002  # from the Host's centre, within which a charged disk is drawn to no side
+IMAGE_M = 0.005  # from the wall, at which a charge of the disk's edge is drawn to it a quarter as much
 CHARGE_M = 0.03  # way on which most of the charge that a disk can hold has gathered
 FIELD_M = 0.04  # way along x on which the shaker's stray field falls off
 MAGNET_M = 0.15  # along x, from the middle of the room to the shaker's magnet
@@ -92,12 +93,20 @@ def _add_charge(at: Instant, p: PlantParameters, out: Floats) -> None:
     """Sliding charges a disk, and the metal ring draws it outwards; a blow discharges it: `charged_per_s2` (x, y)
     (1 - exp(-s / `CHARGE_M`)), s the way slid since the last blow.
 
+    A disk whose charge stays the same is drawn to its image in a metal ring: by `image_m_per_s2` (`IMAGE_M` / (d +
+    `IMAGE_M`))^2, d its way to the wall.
     A disk that each of n blows charges is drawn to the wall: by `struck_charge_m_per_s2` n (R / d)^2, R its radius and
     d the way from its middle to the wall.
     """
     if p.charged_per_s2 != 0.0:
         slid = max(at.state[WAY] - at.state[WAY_BEFORE], 0.0)
         pull = p.charged_per_s2 * (1.0 - np.exp(-slid / CHARGE_M))
+        out[VX] += pull * at.x
+        out[VY] += pull * at.y
+    if p.image_m_per_s2 != 0.0:
+        square = at.x * at.x + at.y * at.y
+        far = max(p.contact_radius_m - np.sqrt(square), 0.0) / IMAGE_M
+        pull = p.image_m_per_s2 / (1.0 + far) ** 2 / np.sqrt(square + CORE_M**2)
         out[VX] += pull * at.x
         out[VY] += pull * at.y
     if p.struck_charge_m_per_s2 != 0.0:

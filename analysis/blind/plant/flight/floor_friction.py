@@ -48,6 +48,8 @@ FACED_M = 0.003  # from the Host's centre, within which a lathe's marks have no 
 BENEATH_M = 0.02  # along x in the room, on which a magnet at one side draws the disk down by what its cause says
 CLING_M = 0.08  # way on which most of the charge that a disk can hold would gather
 CLING_S = 0.08  # in which it leaks off: one or two flights
+RATTLED_S = 0.03  # in which a disk comes to rest that a blow has set rattling on its floor: half a flight
+SPECK_S = 3e-3  # within which a speck gets under the disk: no step for the integrator
 DEBRIS_M = 0.03  # way on which most of what a blow has knocked loose is left behind
 AGE_S = 0.05  # in which contacts of a disk at rest would gain most of their strength: a flight
 AGE_M = 0.02  # way on which they are broken and made anew
@@ -291,6 +293,9 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     carries `state[OILED]` of what it can hold, and loses `drop` of its friction times that.
 
     A blow lifts the disk off the floor, onto which it settles: 1 - `lifted` exp(-the time since then / `lifted_s`).
+    A blow sets a disk rattling on its floor, the more the harder it is: 1 - `rattled_s_per_m` times its approach
+    exp(-the time since then / `RATTLED_S`).
+    In each run a speck gets under the disk and stays there: 1 + `specked` from the share `specked_share` of it on.
     A disk that is charged as it slides clings to the floor: 1 + `clinging` times the charge (`add_charge`).
     Contacts that rest grow stronger: 1 + `aged` times what they have of their strength (`add_age`).
     A blow knocks dust off the wall, which lies under the disk until it has left it behind: 1 + `debris_s_per_m` times
@@ -316,6 +321,12 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         share *= 1.0 - p.warming * (1.0 - np.exp(-state[WAY] / p.warming_m))
     if p.lifted != 0.0 and at.time >= state[IMPACT_S] >= 0.0:
         share *= max(1.0 - p.lifted * np.exp(-(at.time - state[IMPACT_S]) / p.lifted_s), 0.0)
+    if p.rattled_s_per_m != 0.0 and state[COUNT] > 0.5 and at.time >= state[IMPACT_S]:
+        lost = p.rattled_s_per_m * state[APPROACH] * np.exp(-(at.time - state[IMPACT_S]) / RATTLED_S)
+        share *= max(1.0 - lost, 0.0)
+    if p.specked != 0.0:
+        late = (at.time - p.specked_share * p.duration_s) / SPECK_S
+        share *= 1.0 + p.specked * 0.5 * (1.0 + np.tanh(late))
     if p.pulsing != 0.0:
         share *= 1.0 + p.pulsing * np.sin(p.pulsing_rad_per_s * at.time + p.pulsing_rad)
     if p.debris_s_per_m != 0.0 and state[COUNT] > 0.5:

@@ -141,6 +141,9 @@ class FlightParameters:
     bench: float = 0.0  # of each run: floor friction more by this share
     glazed: float = 0.0  # floor friction times e to minus this times the blows of the run so far
     strewn: float = 0.0  # floor friction more by this share with each blow of a run
+    rattled_s_per_m: float = 0.0  # share of the floor friction lost just after a blow, for its approach
+    specked: float = 0.0  # floor friction more by this share ...
+    specked_share: float = 0.5  # ... of each run: from this share of it on
     debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
     beads: float = 0.0  # floor friction more by this share in slips back, against those of the way just slid
     clogged: float = 0.0  # floor friction that rises by twice this share along the way slid, and falls at once ...
@@ -247,6 +250,9 @@ class FlightParameters:
     gust_m_per_s2: float = 0.0  # a draught pushes the disk by this ...
     gust_rad: float = 0.0  # ... in this direction ...
     gust_share: float = 0.5  # ... of each run: from this share of it on
+    updraught_per_s2: float = (
+        0.0  # air pushes the disk outwards by this times its place by a run's end, evenly from none
+    )
     magnus: float = 0.0
     stream_per_s: float = 0.0  # a stream of air along a line across the ring
     stream_m_per_s: float = 0.8
@@ -276,6 +282,7 @@ class FlightParameters:
     lab_pull_m: float = 0.0  # ... from here on ...
     lab_pull_rad: float = 0.0  # ... in this direction
     struck_charge_m_per_s2: float = 0.0  # a charged disk is drawn to the wall there by this more after each blow
+    image_m_per_s2: float = 0.0  # a charged disk is drawn to the wall by this where they meet
     charged_per_s2: float = 0.0  # a charged disk is drawn outwards by at most this times its place
     poles_m_per_s2: float = 0.0  # a magnetised disk between two opposed poles: a push that turns against its angle
     poles_rad: float = 0.0

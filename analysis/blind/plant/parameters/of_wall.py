@@ -122,6 +122,7 @@ class WallParameters:
     retightened: float = 0.0  # of each run: restitution more by this share
     softened: float = 0.0  # share of the restitution lost in the course of a run, most of it within softened_s
     softened_s: float = 0.4
+    slackened: float = 0.0  # share of the restitution lost in the course of a run, with the logarithm of its time
     # ... by the place on the wall
     direction_amplitude: float = 0.0
     direction_phase_rad: float = 0.0
@@ -183,6 +184,7 @@ class WallParameters:
     damage_m_per_s: float = 1.6
     hammered: float = 0.0  # restitution lost with each blow before at the same place of the wall
     loosened: float = 0.0  # share of the restitution lost after many blows of a run
+    dinted_s_per_m: float = 0.0  # restitution more per approach of the last blow, as much less after a light one
     heated: float = 0.0  # share of the restitution lost once blows have heated the disk well
     two_edges: float = 0.0  # restitution more and less in turn, from impact to impact
     ringing: float = 0.0  # restitution that swings about, at this frequency, from the impact before on
@@ -199,6 +201,7 @@ class WallParameters:
     armature: float = 0.0  # share of the restitution lost in blows along x, none across it
     # a contact that lasts
     contact_time_s: float = 0.0
+    hertz_contact_s: float = 0.0  # of a round contact: how long a blow at 1 m/s lasts that loses nothing
     contact_shear_share: float = 0.82
     # the direction of a blow, and what gives in it
     rough_rad: float = 0.0  # the wall's normals scatter by this much from impact to impact
@@ -240,6 +243,8 @@ class WallParameters:
     greased: float = 0.0  # share of the wall friction lost at slips well above greased_m_per_s
     greased_m_per_s: float = 0.4
     rubbed_s_per_m: float = 0.0  # wall friction divided by one and this times the slip
+    thickened_s_per_m: float = 0.0  # wall friction more by this share per slip, as much less in slow ones
+    rate_weakened: float = 0.0  # share of the wall friction lost where the slip is e times as fast
     creep_m_per_s: float = 0.0  # slip below which the wall's friction falls to none, evenly with it
     squeezed: float = 0.0  # wall friction more by this share in hard blows
     smeared_s_per_m: float = 0.0  # share of the wall friction lost per approach
@@ -277,6 +282,7 @@ class WallParameters:
     liner_grip_rad: float = 0.0
     rubber: float = 0.0  # tangential restitution more by this share on one side of the wall, with a cosine ...
     rubber_rad: float = 0.0  # ... this one
+    worked: float = 0.0  # share of the tangential restitution lost after many blows of a run
     gel: float = 0.0  # share of the tangential restitution lost just after the blow before
     shear_set: float = 0.0  # tangential restitution more by this share in slips of the last one's sense, less back
     cured: float = 0.0  # of each run: tangential restitution more by this share

@@ -16,6 +16,9 @@ PICKED_UP_M = 0.03  # way on which a rim picks up most of the oil that it can ho
 OIL_RAD_PER_S = 40.0  # spin that draws half of a washer's oil out onto its rim
 FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has melted
 WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
+THICK_M_PER_S = 0.4  # slip at which a wall's grease that thickens holds what it does on the mean
+RATE_M_PER_S, SLOWEST_M_PER_S = 0.4, 0.02  # slip at which a wall's friction is what it is; below which it rises no more
+WORKED_BLOWS = 3.0  # after which rubber is worked soft by two thirds
 HERTZ_M_PER_S = 0.4  # approach at which a wall's friction is what it is
 HERTZ_MOST = 2.0  # third root of how much lighter a blow may be and still change it
 SINTER_M_PER_S = 0.7  # approach of a blow that presses half of the oil out of a sintered wall
@@ -82,6 +85,9 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     A wall of velvet has a pile that each blow lays over: 1 - `combed` tanh(slip / `PILE_M_PER_S`) tanh(the last blow's
     slip / `PILE_M_PER_S`), less along the pile and more against it.
     A wall holds the less the faster the disk slips: 1 / (1 + `rubbed_s_per_m` |slip|).
+    Grease on the wall thickens as it is sheared: 1 + `thickened_s_per_m` (|slip| - `THICK_M_PER_S`).
+    Junctions that have less time to grow hold less: 1 - `rate_weakened` log((|slip| + `SLOWEST_M_PER_S`) /
+    `RATE_M_PER_S`).
     A layer on the wall creeps under a slow slip before it is sheared: tanh(|slip| / `creep_m_per_s`).
     A soft metal smears in hard blows and holds less: 1 - `smeared_s_per_m` approach.
     Of a round contact the area grows less than the load: 1 + `hertz` ((`HERTZ_M_PER_S` / approach)^(1/3) - 1), the
@@ -102,6 +108,11 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
     share /= 1.0 + p.rubbed_s_per_m * abs(blow.slip)
     share *= 1.0 + p.squeezed * (1.0 - np.exp(-blow.approach / SQUEEZED_M_PER_S))
+    if p.thickened_s_per_m != 0.0:
+        share *= max(1.0 + p.thickened_s_per_m * (abs(blow.slip) - THICK_M_PER_S), LEAST_FRICTION)
+    if p.rate_weakened != 0.0:
+        faster = np.log((abs(blow.slip) + SLOWEST_M_PER_S) / RATE_M_PER_S)
+        share *= max(1.0 - p.rate_weakened * faster, LEAST_FRICTION)
     if p.creep_m_per_s != 0.0:
         share *= max(np.tanh(abs(blow.slip) / p.creep_m_per_s), LEAST_FRICTION)
     if p.smeared_s_per_m != 0.0:
@@ -190,6 +201,8 @@ def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> flo
     tanh(cos(azimuth - `liner_grip_rad`) / `LINER_EDGE`), but for what would give back more than `MOST_RETURN`.
     A liner of rubber is thicker on one side and gives back more there: 1 + `rubber` cos(azimuth - `rubber_rad`), but
     for what would give back more than `MOST_RETURN`.
+    Rubber that has rested before a run is worked soft by its blows: 1 - `worked` (1 - exp(-n / `WORKED_BLOWS`)), n the
+    blows before.
     A gel that the blow before has sheared is not back yet, and returns less: 1 - `gel` exp(-since / `GEL_S`).
     A liner of rubber keeps the set of its last shear, is stretched by a blow that goes on in its sense and goes slack
     in one that comes back: 1 + `shear_set` tanh(slip / `SHEAR_M_PER_S`) tanh(the last blow's slip / `SHEAR_M_PER_S`),
@@ -215,6 +228,8 @@ def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> flo
     if p.rubber != 0.0:
         share = 1.0 + p.rubber * np.cos(blow.azimuth - p.rubber_rad)
         value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
+    if p.worked != 0.0:
+        value *= max(1.0 - p.worked * (1.0 - np.exp(-state[COUNT] / WORKED_BLOWS)), 0.0)
     if p.cured != 0.0:
         value = max(min(value * (1.0 + p.cured), max(value, MOST_RETURN)), 0.0)
     if p.shear_set != 0.0:

@@ -7,6 +7,7 @@ from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.host import HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import (
+    APPROACH,
     AZIMUTH,
     COUNT,
     DENTS,
@@ -42,6 +43,8 @@ PLASTIC_MOST = 1.3  # fourth root of how much lighter a blow may be and still gi
 SWEPT_M = 0.04  # way on which most of the dust that a rim can gather has gathered before it
 HEELED_MOST = 2.0  # slip over the approach beyond which a disk heels over no more
 SCREWS_BLOWS = 12.0  # after which screws have come loose by two thirds
+DINT_M_PER_S = 1.1  # approach of a last blow after which a metal that hardens gives back what it does on the mean
+SLACKENED_S = 0.02  # after which clamps that are tightened before a run begin to slacken evenly with its logarithm
 UNLUCKY_SD = 1.0  # a standard normal chance is above it in one impact of six
 
 
@@ -95,6 +98,8 @@ def _of_the_wall(blow: Blow, state: Floats, p: PlantParameters) -> float:
     value *= 1.0 - p.ageing_per_s * blow.time
     if p.softened != 0.0:  # a liner that softens as a run warms it, ever more slowly
         value *= max(1.0 - p.softened * (1.0 - np.exp(-max(blow.time, 0.0) / p.softened_s)), 0.0)
+    if p.slackened != 0.0:  # clamps that are tightened before each run creep, and hold the ring less
+        value *= max(1.0 - p.slackened * np.log(1.0 + max(blow.time, 0.0) / SLACKENED_S), 0.0)
     return min(max(value + p.restitution_scatter * blow.chance, LEAST), MOST)
 
 
@@ -232,6 +237,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     `SWEPT_M`)) is lost, s the way slid since the blow before.
     A soft liner, turned round before each run, is dented where it is struck: `hammered` n is lost, n the blows before
     in the same of `SECTORS` sectors of the wall.
+    Soft metal hardens where a blow dints it, and the next blow loses less: `dinted_s_per_m` (v - `DINT_M_PER_S`) is
+    won, v the last blow's approach.
     Blows heat a washer, which cools between the runs: times 1 - `heated` E / `HEATED_M2_PER_S2`, E the energy per unit
     mass that those of the run have taken so far.
     """
@@ -246,6 +253,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
         value = _raised(value, -p.swept * (1.0 - np.exp(-slid / SWEPT_M)))
     if p.hammered != 0.0:
         value = _raised(value, -p.hammered * state[DENTS + struck_sector(blow.azimuth)])
+    if p.dinted_s_per_m != 0.0 and state[COUNT] > 0.5:
+        value = _raised(value, p.dinted_s_per_m * (state[APPROACH] - DINT_M_PER_S))
     if p.heated != 0.0:
         value = _times(value, max(1.0 - p.heated * state[HEAT] / HEATED_M2_PER_S2, 0.0))
     value = value - p.tired * tiredness(blow.time, state)

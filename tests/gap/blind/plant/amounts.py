@@ -334,6 +334,18 @@ ORDERS = {
     "unknown_cast_ring": ("gap", 0.00016),
     "unknown_longer_lens": ("pixels", 0.89),
     "unknown_tilted_sensor": ("pixels", 0.97),
+    "unknown_rattling_disk": ("friction", 0.18),
+    "unknown_caught_speck": ("friction", 0.79),
+    "unknown_warm_updraught": ("force", 0.083),
+    "unknown_image_charge": ("force", 0.14),
+    "unknown_hardening_dints": ("kick", 0.022),
+    "unknown_slackening_clamps": ("kick", 0.044),
+    "unknown_round_contact": ("kick", 0.039),
+    "unknown_thickening_grease": ("kick", 0.18),
+    "unknown_rate_weakened_wall": ("kick", 0.078),
+    "unknown_worked_rubber": ("twist", 4.8),
+    "unknown_shearing_glue": ("pixels", 0.76),
+    "unknown_long_shutter": ("pixels", 1.0),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -365,6 +377,7 @@ OWN = {
     "unknown_humming_ring": ("hard", "approach", "tired", "blows"),
     "unknown_heated_washer": ("heat",),
     "unknown_hammered_liner": tuple(f"dents_{sector}" for sector in range(SECTORS)),
+    "unknown_round_contact": ("x", "y", "angle"),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -417,6 +430,8 @@ OF_THE_DISK = (
     "unknown_raised_card",
     "unknown_sliding_sticker",
     "unknown_scaled_print",
+    "unknown_shearing_glue",
+    "unknown_long_shutter",
 )
 # Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
 AS_BEFORE = {
@@ -523,5 +538,13 @@ AS_BEFORE = {
         "unknown_gumming_film",
         "restitution_drift+unknown_opened_door",
         "camera_clock_offset+unknown_unclamped_floor",
+    ],
+    "conjectured": [
+        "plane_tilt+unknown_shearing_glue",
+        "unknown_worked_rubber",
+        "unknown_long_shutter",
+        "unknown_image_charge",
+        "restitution_drift+unknown_warm_updraught",
+        "camera_clock_offset+unknown_caught_speck",
     ],
 }

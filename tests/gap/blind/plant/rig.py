@@ -17,13 +17,14 @@ import pytest
 from analysis.blind.causes.groups import GROUPS
 from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run, view_of
 from analysis.blind.draw import draw_cases
-from analysis.blind.plant.dynamics import run_plant, state_at
+from analysis.blind.plant.dynamics import STEP_S, run_plant, state_at
 from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import SECTORS, STATES
 from analysis.blind.plant.wall.contact import impact, wall_gap
+from analysis.blind.plant.wall.lasting_contact import compliant_step, lasts_s, spring_dashpot
 from analysis.blind.plant.wall.motion import swing
 from analysis.blind.series import draw_start, outline_series, run_outline
 from ovines.__main__ import main
@@ -115,6 +116,24 @@ def random_states(at_wall=False):
     return out
 
 
+def after_blow(time, state, p, host, chances):
+    """The state (STATES,) after a blow; of one that lasts as the disk leaves the wall, with what is remembered of one
+    that takes no time: that of a contact which is sustained."""
+    new, approach, _ = impact(time, state, p, host, chances, 1.0)
+    if lasts_s(p) == 0.0 or approach <= 0.0:
+        return new
+    table, spring, now, room = disk_friction_table(), spring_dashpot(p), state.copy(), np.zeros((2, STATES))
+    sustained = time + 5.0 * lasts_s(p)
+    while time < sustained:
+        moved = np.zeros(STATES)
+        compliant_step(time, now, STEP_S, p, host, table, spring, room, moved)
+        now, time = moved, time + STEP_S
+        if wall_gap(time, now, p, host)[0] > 0.0:
+            new[:6] = now[:6]
+            break
+    return new
+
+
 def energy(state):
     """Kinetic energy per unit mass (J / kg) of a bare disk."""
     return 0.5 * (state[2] ** 2 + state[3] ** 2) + 0.25 * (0.01 * state[5]) ** 2
@@ -202,7 +221,7 @@ def blows_on_its_way(name, size, drop=None):
     chances = np.random.default_rng(2).normal(size=len(striking))
     return np.array(
         [
-            impact(time, state, p, HOST, np.array([0.0, chance]), 1.0)[0]
+            after_blow(time, state, p, HOST, np.array([0.0, chance]))
             for (time, state), chance in zip(striking, chances, strict=True)
         ]
     )
@@ -394,7 +413,7 @@ def blows_at_rest():
 def leaves_no_more_energy(p):
     """No blow leaves the disk more energy than it finds."""
     for time, state in blows_at_rest():
-        assert energy(impact(time, state, p, STILL, np.zeros(2), 1.0)[0]) <= energy(state) + 1e-12
+        assert energy(after_blow(time, state, p, STILL, np.zeros(2))) <= energy(state) + 1e-12
 
 
 def needs_a_round_wall(name):

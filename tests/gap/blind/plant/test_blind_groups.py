@@ -12,10 +12,10 @@ from analysis.blind.draw import ASKED_FOR, draw_cases
 from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.state import STATES
-from analysis.blind.plant.wall.contact import impact, wall_gap
+from analysis.blind.plant.wall.contact import wall_gap
 from analysis.blind.series import outline_series, run_outline
 from tests.gap.blind.plant.amounts import AS_BEFORE, CAMERA, OF_THE_DISK, ORDERS, OWN
-from tests.gap.blind.plant.rig import DRIVE, HOST, PLACE, TIMES, of_group, random_states
+from tests.gap.blind.plant.rig import DRIVE, HOST, PLACE, TIMES, after_blow, of_group, random_states
 
 GROUPS = {group: of_group(group) for group in reversed(ASKED_FOR)}
 EVERY = [cause for group in GROUPS.values() for cause in group]
@@ -23,7 +23,7 @@ EVERY = [cause for group in GROUPS.values() for cause in group]
 
 def _physics(name):
     p = physics_of_run(draft_series(name, 1.0, np.random.default_rng(1), 12), 0, DRIVE, 1.2)
-    return p._replace(gust_share=0.0)  # TIMES are early in a run: a door is open by then
+    return p._replace(gust_share=0.0, specked_share=0.0)  # TIMES are early in a run: what sets in has set in by then
 
 
 @cache
@@ -34,7 +34,7 @@ def _done(name):
     chances = np.random.default_rng(2).normal(size=(60, 2))
     return (
         np.array([derivative(time, state, p, HOST, table) for time, state in zip(TIMES, free, strict=True)]),
-        np.array([impact(t, s, p, HOST, c, 1.0)[0] for t, s, c in zip(TIMES, there, chances, strict=True)]),
+        np.array([after_blow(t, s, p, HOST, c) for t, s, c in zip(TIMES, there, chances, strict=True)]),
         np.array([wall_gap(time, state, p, HOST) for time, state in zip(TIMES, there, strict=True)]),
     )
 

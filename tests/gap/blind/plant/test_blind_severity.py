@@ -27,6 +27,7 @@ GROUPS = (
     *("witnessed", "foreseen", "borrowed", "likely", "expected", "supposed", "probable"),
     "presumed",
     "surmised",
+    "conjectured",
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
@@ -38,6 +39,7 @@ BY_THEMSELVES = ("unknown_dropped_frame", "unknown_drifting_oscillator")
 BY_THE_RIM = (
     *("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner", "unknown_sheared_gel"),
     *("unknown_curing_glue", "unknown_shear_set", "unknown_preloaded_liner", "unknown_uneven_rubber"),
+    "unknown_worked_rubber",
 )
 # How many causes of each; of the others six, five, two and three.
 STAGES = {
@@ -49,11 +51,13 @@ STAGES = {
     "probable": (4, 2, 2, 6),
     "presumed": (6, 3, 2, 3),
     "surmised": (5, 3, 2, 2),
+    "conjectured": (4, 6, 0, 2),
 }
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half, and of a
 # restitution divided by the approach; light blows soon stick, and where a wall holds less more blows slip; a chord that
-# is half as deep is not as long; what grows with a speed is full above it, and half the speed takes in fewer blows.
+# is half as deep is not as long; what grows with a speed is full above it, and half the speed takes in fewer blows; a
+# contact that lasts half as long sticks and slips no less in it.
 BENT = {
     "unknown_swinging_ring": 0.25,
     "unknown_slip_weakened_wall": 0.35,
@@ -70,6 +74,8 @@ BENT = {
     "unknown_greased_sector": 0.25,
     "unknown_moist_wall": 0.2,
     "unknown_creeping_layer": 0.35,
+    "unknown_thickening_grease": 0.35,
+    "unknown_round_contact": 0.35,
 }
 
 
@@ -137,6 +143,8 @@ def _acts(name):
             "unknown_fitted_lens": camera == "VW2",
             "unknown_longer_lens": camera == "VW1",
             "unknown_tilted_sensor": camera == "VW2",
+            "unknown_shearing_glue": of_the_disk,
+            "unknown_long_shutter": of_the_disk | marker.str.startswith("H"),
         }[name]
 
     return chosen
