@@ -91,7 +91,7 @@ def _round_contact(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     time: of a slip that swings at sqrt(3) of the tangential spring's own rate for half a period of the normal one."""
     swung = 2.0 * np.pi - np.arccos(-draft.plant["tangential_restitution"])
     out = {"hertz_contact_s": 5e-4 * size * spread(rng)}
-    draft.plant.update(out, contact_shear_share=float((swung / np.pi) ** 2 / 3.0), restitution_scatter=0.0)
+    draft.plant.update(out, contact_shear_share=float((swung / np.pi) ** 2 / 3.0))
     return out
 
 

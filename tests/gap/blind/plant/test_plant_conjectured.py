@@ -140,7 +140,6 @@ def test_what_sticks_in_a_round_contact_comes_back_as_in_a_short_blow():
     contact = BARE._replace(wall_friction=5.0, restitution=1.0, **numbers)
     out = after_blow(0.1, state_of(x=0.04, vx=1.0, vy=0.1), contact, STILL, np.zeros(2))
     assert out[3] + 0.01 * out[5] == pytest.approx(-0.1 * plant["tangential_restitution"], abs=0.01)
-    assert plant["restitution_scatter"] == 0.0  # which a contact that lasts has none of
 
 
 def test_no_blow_leaves_more_energy():
