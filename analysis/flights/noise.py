@@ -86,9 +86,7 @@ class FlightNoise:
 
     def covariance(self, index: NDArray[np.int64], sd: Array, angle_sd: Array) -> tuple[Array, Array]:
         """Noise of places (one axis) and angles of frames ``index`` (N,): (N, N) each."""
-        together = (
-            np.eye(len(index)) if self.correlation == 0 else self.correlation ** np.abs(np.subtract.outer(index, index))
-        )
+        together = correlated(index, self.correlation)
         return together * np.outer(sd, sd) * self.scale**2, together * np.outer(
             angle_sd, angle_sd
         ) * self.angle_scale**2
@@ -120,6 +118,11 @@ PLAIN = FlightNoise()
 def _kept_whitening(noise: FlightNoise, index: bytes, *times_and_sds: bytes) -> tuple[Array, Array]:
     """A fit, its force's path and what it says of the shared unknowns ask for the same; nobody writes into it."""
     return noise._whitening(np.frombuffer(index, np.int64), *(np.frombuffer(one) for one in times_and_sds))
+
+
+def correlated(index: NDArray[np.int64], correlation: float) -> Array:
+    """Correlation (N, N) of the noise of frames ``index`` (N,), from frame to frame ``correlation``."""
+    return np.asarray(correlation ** np.abs(np.subtract.outer(index, index)), float)
 
 
 def white_frames(index: NDArray[np.int64], correlation: float) -> Array:

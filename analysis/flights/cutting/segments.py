@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.kinks import FEWEST_FOR_KINKS, SIGNIFICANCE, find_kinks, frames_in, hinge, reach_frames
+from analysis.flights.cutting.sides import on_their_sides
 from analysis.flights.cutting.wall_contact import (
     FEWEST_IN_CONTACT,
     LEAST_CONTACT_S,
@@ -75,7 +76,8 @@ def segment(
     inside = np.zeros(len(gaps), bool)
     for first, last in contact:
         inside |= (gaps >= first) & (gaps < last)
-    return Segments(gaps[~inside], kinks[~inside, 1:3], contact, smeared)
+        x[first : last + 1] = y[first : last + 1] = np.nan
+    return Segments(on_their_sides(time_s, x, y, sd_m, gaps[~inside]), kinks[~inside, 1:3], contact, smeared)
 
 
 def without_doubles(time_s: Array, x: Array, y: Array, sd_m: Array, kinks: Array, reach: int) -> Array:

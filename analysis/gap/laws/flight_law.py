@@ -75,7 +75,7 @@ def find_flight_law(
         if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
             return None, steps
         if reached is None:
-            at_best = [predict.free_paths(run) for run in runs]
+            at_best = [predict.free_paths(run, base.noise.correlation) for run in runs]
             reached = _mean_square(runs, at_best, lever_m), _mean_square(runs, _paths(runs, base), lever_m)
         floor, without = reached
         gap_m2 = float(np.sum(without - floor))

@@ -40,7 +40,7 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
         "with_effect": _paths(runs, ladder.flights.named)
         if ladder.flights.named is not ladder.flights.nominal
         else nominal,
-        "noise_floor": [predict.free_paths(run) for run in runs],
+        "noise_floor": [predict.free_paths(run, ladder.flights.fitted.noise.correlation) for run in runs],
     }
     hits = _hits(ladder, model) if ladder.impacts.fitted is not None else {}
     errors: Errors4 = {}

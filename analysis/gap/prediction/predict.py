@@ -21,6 +21,7 @@ from analysis.contact.restitution import conditions, held_restitution, restituti
 from analysis.contact.tangential.lasting import LastingContact, stiffness_of
 from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits, fit_flights
+from analysis.flights.noise import correlated
 from analysis.flights.stated_terms import share_at_start, stated_sizes
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import FlightModel, moved, nominal_model, run_places
@@ -111,9 +112,9 @@ def flight_paths(run: Run, fits: FlightFits) -> Array:
     return out
 
 
-def free_paths(run: Run) -> Array:
+def free_paths(run: Run, correlation: float = 0.0) -> Array:
     """The noise floor: free cubics over pieces of at most 24 frames of each flight, scaled back for what they swallow
-    of the noise.
+    of noise of this ``correlation`` from frame to frame.
     """
     data = run.data
     measured = measured_paths(run)
@@ -126,9 +127,9 @@ def free_paths(run: Run) -> Array:
                 continue
             t = data.time_s[piece]
             q, _ = np.linalg.qr(np.vander((t - t.mean()) / max(t[-1] - t[0], 1e-9) * 2, 4))
-            factor = np.sqrt(len(piece) / (len(piece) - 4))
             residual = measured[piece] - q @ (q.T @ np.nan_to_num(measured[piece]))
-            out[piece] = measured[piece] - residual * factor
+            swallowed = float(np.sum(q * (correlated(piece, correlation) @ q)))
+            out[piece] = measured[piece] - residual * np.sqrt(len(piece) / (len(piece) - swallowed))
     return out
 
 

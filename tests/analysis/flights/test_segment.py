@@ -8,6 +8,7 @@ import pytest
 from analysis.flights.cutting.kinks import SIGNIFICANCE, find_kinks, reach_frames
 from analysis.flights.cutting.pieces import flights_from_segments
 from analysis.flights.cutting.segments import segment, without_doubles
+from analysis.flights.cutting.sides import on_their_sides
 from analysis.flights.cutting.wall_contact import find_contact
 
 RATE = 800.0
@@ -193,3 +194,17 @@ def test_a_rolling_disk_that_smears_is_at_the_wall_all_along():
         own = segment(t, xy, sd, xy, gap, 1.5e-4 + 3 * sd, radius_m)
         assert len(own.gaps) == 0 and own.contact.tolist() == [[0, frames - 1]]
         assert len(segment(t, xy, sd, xy, gap, 1.5e-4 + 3 * 2e-5, radius_m).contact) != 1
+
+
+@pytest.mark.parametrize("rate", [240.0, 800.0, 2000.0])
+@pytest.mark.parametrize("off", [-1, 0, 1])
+def test_a_frame_just_beside_an_impact_counts_to_the_flight_that_it_lies_on(off, rate):
+    """Two bent flights that meet a tenth of a frame beside one, cut a frame off."""
+    turn = 20 + (0.1 if off < 0 else 0.9)
+    t = np.arange(40.0) / rate
+    since = t - turn / rate
+    noise = 5e-6 * np.random.default_rng(3).standard_normal((2, 40))
+    x = 0.02 + np.where(since < 0, 1.5 * since - 2.0 * since**2, -1.1 * since + 1.5 * since**2) + noise[0]
+    y = 0.3 * since - 1.0 * since**2 + noise[1]
+    gaps = on_their_sides(t, x, y, np.full(40, 5e-6), np.array([20 + off]))
+    assert gaps.tolist() == [20]
