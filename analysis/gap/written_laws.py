@@ -27,7 +27,7 @@ from analysis.gap.laws.impact_law import (
 )
 from analysis.gap.laws.instead.flights import flight_law_beyond, flight_law_instead
 from analysis.gap.laws.instead.impacts import restitution_law_instead, without_effects
-from analysis.gap.laws.instead.wall import wall_law_instead
+from analysis.gap.laws.instead.wall import is_lasting, wall_law_instead
 from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
 from analysis.gap.selection.impact_steps import ImpactSteps
@@ -155,7 +155,8 @@ def _contact_laws(
         ladder = with_leaning_wall(ladder, leaning_wall(wall, _fitted(ladder), fits), rng, withheld)
         left = {one.stage for one in ladder.structure}
         if "geometry" not in left:
-            structure.append(structure_of_law(wall, "geometry", "radius", wall.size, least_m))
+            stage = "impact" if is_lasting(wall) else "geometry"
+            structure.append(structure_of_law(wall, stage, "radius", wall.size, least_m))
     if instant or "impact" in left:
         law, more, ladder = _impact_law(ladder, fits, "impact" in left, rng)
         laws, structure = [law], [*more, *structure]

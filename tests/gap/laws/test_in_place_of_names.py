@@ -146,8 +146,7 @@ def test_a_loss_straight_with_the_speed_gives_a_name_no_end(loaded, without_flig
 @pytest.mark.parametrize(("gain", "unknowns", "instead"), [(155.6, 3, False), (158.6, 3, True), (158.6, 4, False)])
 def test_a_dent_replaces_two_shapes_of_the_wall_only_where_it_is_as_good(gain, unknowns, instead):
     """An ellipse and lobes that are there had lost to a dent of 0.976 of their gain and one number less."""
-    dent = SimpleNamespace(gain=gain, parts=[SimpleNamespace(unknowns=unknowns)])
-    assert _instead(dent, 159.4, 4) is instead
+    assert _instead(gain, 159.4, unknowns - 4) is instead
 
 
 def test_a_name_that_runs_held_out_want_less_gives_way(loaded):

@@ -11,16 +11,17 @@ from analysis.flights.fit import FlightFits
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, MOST_PARTS, find_law
-from analysis.gap.laws.dictionary.candidate import waves
-from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
+from analysis.gap.laws.dictionary.candidate import law_at, waves
+from analysis.gap.laws.dictionary.impacts.walls import HERTZ, wall_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import FEWEST_IMPACTS, told_wall_law
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression
 from analysis.gap.laws.instead.own_forms import AS_WELL
+from analysis.gap.laws.linear_law import values_of
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
 from analysis.gap.selection.impact_steps import ImpactSteps
-from analysis.gap.selection.impacts.fit import Shape, fit_impacts
+from analysis.gap.selection.impacts.fit import ImpactFit, Shape, fit_impacts
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import Factor, Term
 
@@ -36,7 +37,8 @@ def wall_law_instead(
 
     A step in the wall is a series of lobes: by an ellipse and one of them little is left of it.  An ellipse and lobes
     that are really there have no reason to stand to each other as the waves of one step do.  A ring with play in its
-    seat makes distances that grow with the speed of approach, as a contact that lasts does."""
+    seat makes distances that grow with the speed of approach, as a contact that lasts does; round bodies' contacts last
+    a little less where they are fast."""
     names = {c.effect for c in steps.causes} & set(SHAPES)
     if steps.fitted is None or not names or len(steps.fitted.data) < FEWEST_IMPACTS:
         return None
@@ -51,14 +53,12 @@ def wall_law_instead(
     factors = [wave for order in orders for wave in waves("azimuth", float(order))]
     factors += [Factor("approach")] * (FINITE in names)
     shapes = [Term("contact_radius", 1.0, (factor,)) for factor in factors]
-    forms = forms_of(problem.problem, problem.columns(shapes), [list(range(len(shapes)))])
-    named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / problem.problem.excess
     candidates = wall_candidates(problem.known)
     for most in (1, MOST_PARTS):  # one step, before what its waves may be put together from
         found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(problem.known), most)
         if (
             found is not None
-            and _instead(found, named, len(shapes))
+            and _instead(*_gains(found, base, fits, shapes), sum(p.unknowns for p in found.parts) - len(shapes))
             and not _holds(found, shapes)
             and not asked_beside(problem, found, shapes)
         ):
@@ -68,15 +68,36 @@ def wall_law_instead(
     law = told_wall_law(problem, found, p, base, fits, frame, least_m)
     if law is None:
         return None
+    if is_lasting(law):  # it says how long contacts last, not that they do not
+        shape = replace(shape, finite=True)
+        base = fit_impacts(fits, shape)
     kept = tuple(c for c in steps.causes if c.effect not in names)
     return law, replace(steps, fitted=base, shape=shape, causes=kept)
 
 
-def _instead(found: Found, named: float, unknowns: int) -> bool:
-    """Whether a formula says clearly more than shapes of so many ``unknowns`` that gain ``named``, or as much by
-    fewer."""
-    more = sum(part.unknowns for part in found.parts) - unknowns
-    return found.gain - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and found.gain > AS_WELL * named)
+def is_lasting(law: LawFound) -> bool:
+    """Whether a law of the wall's shape is that of how long contacts last."""
+    return any({(one.quantity, one.order) for one in term.factors} == {("approach", HERTZ)} for term in law.law.terms)
+
+
+def _instead(told: float, named: float, more: int) -> bool:
+    """Whether a formula of so many ``more`` unknowns, which gains ``told``, says clearly more than named shapes that
+    gain ``named``, or as much by fewer."""
+    return told - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and told > AS_WELL * named)
+
+
+def _gains(found: Found, base: ImpactFit, fits: Sequence[FlightFits], shapes: Sequence[Term]) -> tuple[float, float]:
+    """Fall of -2 log L of runs held out by a formula and by the named ``shapes``, at the scatter that the formula
+    leaves: that of both together would hide by how little they differ."""
+    sharp = distance_regression(base, fits, law_at(found.parts, values_of(found)))
+    left = sharp.problem.with_columns(sharp.columns(found.terms)).excess
+    return _gain(sharp, found.terms) / left, _gain(sharp, shapes) / left
+
+
+def _gain(rows: ImpactRegression, terms: Sequence[Term]) -> float:
+    """Fall of the sum of squares of runs held out."""
+    forms = forms_of(rows.problem, rows.columns(terms), [list(range(len(terms)))])
+    return float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0])
 
 
 def _holds(found: Found, shapes: Sequence[Term]) -> bool:
@@ -87,7 +108,5 @@ def _holds(found: Found, shapes: Sequence[Term]) -> bool:
 
 def asked_beside(problem: ImpactRegression, found: Found, shapes: Sequence[Term]) -> bool:
     """Whether runs held out still ask for the named shapes beside a formula."""
-    held = problem.problem.with_columns(problem.columns(found.terms))
-    forms = forms_of(held, problem.columns(shapes), [list(range(len(shapes)))])
-    gain = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / held.excess
-    return gain > AS_GOOD
+    held = replace(problem, problem=problem.problem.with_columns(problem.columns(found.terms)))
+    return _gain(held, shapes) / held.problem.excess > AS_GOOD

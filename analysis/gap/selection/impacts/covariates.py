@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 
 #: how long a wall may remember the impact before, for the probe that asks
 MEMORY_S = 0.03
+#: ... and within how many impacts a run wears in
+WORN_IN = 3.0
 #: probes as groups of covariates that belong together
 PROBES = {
     "the time since the impact before": ("memory of the impact before",),
@@ -21,6 +23,7 @@ PROBES = {
     "the spin": ("spin",),
     "the sense of spin": ("sense of spin",),
     "the time in the run": ("time in the run",),
+    "the first impacts of a run": ("first impacts",),
     "the run": ("run",),
     "the drive's phase": ("cos drive phase", "sin drive phase"),
     "the recording's time at the drive's frequency": ("cos clock", "sin clock"),
@@ -35,6 +38,7 @@ FOLLOWED = {
     "the spin": "spin",
     "the sense of spin": "spin",
     "the time in the run": "time",
+    "the first impacts of a run": "blows",
     "the run": "run",
     "the drive's phase": "phase",
     "the recording's time at the drive's frequency": "clock",
@@ -58,6 +62,7 @@ def covariates(data: LawData) -> dict[str, Array]:
         "spin": np.abs(data.spin) / 100,
         "sense of spin": data.spin / 100,
         "time in the run": data.time_s,
+        "first impacts": np.exp(-_impacts_before(data) / WORN_IN),
         "run": data.run.astype(float),
         "memory of the impact before": np.exp(-since_before(data) / MEMORY_S),
     }
@@ -75,6 +80,15 @@ def covariates(data: LawData) -> dict[str, Array]:
             "sin 3 azimuth": np.sin(3 * seen),
         }
     )
+    return out
+
+
+def _impacts_before(data: LawData) -> Array:
+    """How many impacts (K,) of its run were before each."""
+    order = np.lexsort((data.time_s, data.run))
+    _, first, number = np.unique(data.run[order], return_index=True, return_inverse=True)
+    out = np.empty(len(order))
+    out[order] = np.arange(len(order)) - first[number]
     return out
 
 

@@ -37,6 +37,10 @@ WALL_ORDERS, BODY_ORDERS = range(2, 13), range(2, 7)
 PLACES, DENTS, ARCS = 16, (0.15, 0.35), (0.4, 0.9, 1.57)
 # A turn, and by how much a search first moves a step of the wall (rad).
 TURN, STEP_RAD = 2 * math.pi, 0.15
+# Two bodies that are round where they touch stay in contact for a time with the power -1/5 of the approach speed
+# (Hertz), and the disk goes on meanwhile; of a rim that gives evenly that time is the same at any speed.
+HERTZ = 0.8
+LASTING = f"{WORD} of round bodies that give way"
 # Orders around the wall and the disk that may change with something; scales over the usual spin or slip.
 CHANGING_WALL, CHANGING_BODY, SHARES = (1, 2, 3, 4), (1, 2, 3), (0.5, 1.5)
 # So much more of -2 log L must a shape that changes say than one that stays, beside what looking for it takes: an oval
@@ -185,6 +189,7 @@ def wall_candidates(known: Array) -> list[Candidate]:
         ("the signed slip of the contact before", Factor("last_slip")),
     ):  # fmt: skip
         out.append(plain(f"{WORD} with {name}", Term(TARGET, 1.0, (factor,))))
+    out.append(plain(LASTING, Term(TARGET, 1.0, (Factor("approach", "absolute_power", HERTZ),))))
     for name, column, form in (
         ("the slip, ending", W.SLIP, ("slip", "decay", 1.0)),
         ("the approach speed, ending", W.APPROACH, ("approach", "exponential", 1.0)),
