@@ -203,12 +203,26 @@ def _tangential(data: LawData, impacts: ImpactFit) -> tuple[Array, Array, Array,
     law = impacts.law
     wanted = stick_impulse(data, law.tangential_restitution)
     stick = sticks(data, law.wall_friction, law.tangential_restitution)
-    scatter = law.tangential_scatter if np.isfinite(law.tangential_scatter) else 0.0
-    sd = np.hypot(data.tangential_sd, max(scatter, LEAST_SHARE) * data.normal_impulse)
     predicted = predicted_tangential(data, law.wall_friction, law.tangential_restitution)
+    missed = data.tangential_impulse - predicted
+    scatter = law.tangential_scatter if np.isfinite(law.tangential_scatter) else 0.0
+    share = np.full(len(data), scatter)
+    for kind in (stick, ~stick):
+        if np.count_nonzero(kind) >= FEWEST_OF_A_KIND:
+            share[kind] = min(scatter, _usual_share(missed, data, kind))
+    sd = np.hypot(np.hypot(data.tangential_sd, share * data.normal_impulse), LEAST_SHARE * np.abs(predicted))
     slides = np.where(stick, 0.0, np.sign(wanted) * data.normal_impulse)
     stuck = np.where(stick, -data.slip / data.mobility, 0.0)
-    return data.tangential_impulse - predicted, sd, slides, stuck
+    return missed, sd, slides, stuck
+
+
+def _usual_share(missed: Array, data: LawData, kind: NDArray[np.bool_]) -> float:
+    """How much impacts of a ``kind`` (K,) usually miss beyond their noise, as a share of the normal impulse: what a law
+    does in a few of them is no scatter of all."""
+    usual, noise = (
+        float(np.median(np.abs(one[kind]) / data.normal_impulse[kind])) for one in (missed, data.tangential_sd)
+    )
+    return float(np.sqrt(max((MEDIAN_TO_SD * usual) ** 2 - noise**2, 0.0)))
 
 
 def _weights(residual: Array, kind: Array, limits: Array) -> Array:

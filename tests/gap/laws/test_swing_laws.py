@@ -64,7 +64,7 @@ def test_of_few_impacts_a_probe_says_where_to_look(tmp_path):
     """A thousand formulas explain as much of them by chance; those that follow what the probe does, do not."""
     series, _ = made_series(tmp_path, "unknown_fibrous_lay", 0.4, 64, runs=2)
     impacts, fits = impact_fit(series)
-    few = replace(impacts, data=first_of(impacts.data, 40))
+    few = replace(impacts, data=first_of(impacts.data, 26))
     probe = Structure("impact", "impact", "tangential", "the direction of slip", 5.0, 50.0, 0.1, "1", 1e-9)
     for left, found in (((), False), ((probe,), True)):
         law = find_impact_law(few, fits, (), series.frame, np.random.default_rng(0), 0.01, left)

@@ -11,6 +11,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
+from analysis.gap.diagnose import verdict_of
 from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.impact_law import find_wall_law, leaning_wall
@@ -99,6 +100,19 @@ def test_play_in_its_seat_is_no_contact_that_lasts(loaded, without_flight_laws):
     assert [factor.quantity for factor in law.law.terms[0].factors] == ["host_acceleration_outwards"], as_text(law.law)
     assert law.closed > 0.9
     assert "finite_contact_time" not in {cause.effect for cause in ladder.causes} and not ladder.impacts.shape.finite
+
+
+def test_contacts_of_round_bodies_have_their_law_in_place_of_the_name(loaded, without_flight_laws):
+    """Their time falls with the fifth root of the speed (Hertz): the distances grow with its power 4/5, by half of it
+    where nothing is lost, by a little less where it is.  What such a contact does along the wall stays known."""
+    true, series = loaded("unknown_round_contact", 1.0, 3)
+    laws, ladder = laws_and_ladder(series)
+    (law,) = laws
+    (term,) = law.law.terms
+    assert [(one.quantity, one.order) for one in term.factors] == [("approach", 0.8)], as_text(law.law)
+    assert 0.4 * true["hertz_contact_s"] < term.coefficient < 0.5 * true["hertz_contact_s"] and law.closed > 0.95
+    assert (verdict_of(ladder), ladder.causes) == ("unknown", ()) and ladder.impacts.shape.finite
+    assert [(one.stage, one.coordinate) for one in ladder.structure] == [("impact", "radius")]
 
 
 def test_a_contact_that_lasts_keeps_its_name_beside_a_shape_of_the_disk(loaded, without_flight_laws):

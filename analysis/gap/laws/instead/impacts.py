@@ -17,7 +17,7 @@ from analysis.gap.laws.choice.search import AS_GOOD, LEVEL_BELIEVED, LEVEL_WHERE
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, needless_beside
 from analysis.gap.laws.impact_rows import law_regression, of_target, usual_scatter
-from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
+from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form, is_own_term
 from analysis.gap.laws.regression.problem import held_out_squares
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit
@@ -48,7 +48,7 @@ def restitution_law_instead(
     while len(kept) < len(named):
         fewer = without_effects(steps, [name for name in named if name not in kept])
         alone = find_impact_law(impacts, fits, fewer.restitution_terms, frame, rng, level, left, is_own_form)
-        if alone is None or not _of_restitution(alone):
+        if alone is None or not _of_restitution(alone) or not _more_than_own(alone, impacts, fits):
             return None
         needless = needless_beside(alone, steps, fits)
         needed = [name for name in named if name not in needless and name not in kept]
@@ -74,6 +74,16 @@ def without_effects(steps: ImpactSteps, names: Sequence[str]) -> ImpactSteps:
 
 def _of_restitution(law: LawFound) -> bool:
     return any(term.target == "restitution" for term in law.rig_law.terms)
+
+
+def _more_than_own(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> bool:
+    """Whether runs held out want more of a law than those of its terms that are what a listed effect does: with the run
+    and, by a thousandth of that, around the wall, is a drift in other words."""
+    terms = law.rig_law.terms
+    own = [term for term in terms if is_own_term(term)]
+    rows = law_regression(impacts, fits, (), law.rig_law)
+    less, whole = (float(held_out_squares(rows.problem, rows.columns(some)).sum()) for some in (own, terms))
+    return not own or less - whole > AS_GOOD
 
 
 def _costs(

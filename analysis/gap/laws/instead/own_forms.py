@@ -36,10 +36,11 @@ OWN_FORMS: dict[str, tuple[tuple[str, frozenset[str], Function], ...]] = {
 
 def is_own_form(candidate: Candidate) -> bool:
     """Whether every term of a candidate is what some listed effect does."""
-    return all(_is_own(term) for term in candidate.terms)
+    return all(is_own_term(term) for term in candidate.terms)
 
 
-def _is_own(term: Term) -> bool:
+def is_own_term(term: Term) -> bool:
+    """Whether a term is what some listed effect does."""
     follows = frozenset(factor.quantity for factor in term.factors)
     functions = {(factor.function, factor.order) for factor in term.factors}
     return any(

@@ -12,7 +12,7 @@ from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, MOST_PARTS, find_law
 from analysis.gap.laws.dictionary.candidate import law_at, waves
-from analysis.gap.laws.dictionary.impacts.walls import HERTZ, wall_candidates
+from analysis.gap.laws.dictionary.impacts.walls import HERTZ, LASTING, wall_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import FEWEST_IMPACTS, told_wall_law
@@ -58,7 +58,7 @@ def wall_law_instead(
         found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(problem.known), most)
         if (
             found is not None
-            and _instead(*_gains(found, base, fits, shapes), sum(p.unknowns for p in found.parts) - len(shapes))
+            and _instead(*_gains(found, base, fits, [*shapes, *_beside_lasting(found)]), _more(found, shapes))
             and not _holds(found, shapes)
             and not asked_beside(problem, found, shapes)
         ):
@@ -78,6 +78,17 @@ def wall_law_instead(
 def is_lasting(law: LawFound) -> bool:
     """Whether a law of the wall's shape is that of how long contacts last."""
     return any({(one.quantity, one.order) for one in term.factors} == {("approach", HERTZ)} for term in law.law.terms)
+
+
+def _beside_lasting(found: Found) -> list[Term]:
+    """What a formula has beside how long contacts last: the name may have it, too."""
+    parts = [part for part in found.parts if part.name != LASTING]
+    return [term for part in parts for term in part.terms] if len(parts) < len(found.parts) else []
+
+
+def _more(found: Found, shapes: Sequence[Term]) -> int:
+    """Unknowns of a formula more than of the named ``shapes`` that it replaces."""
+    return sum(part.unknowns for part in found.parts) - len(_beside_lasting(found)) - len(shapes)
 
 
 def _instead(told: float, named: float, more: int) -> bool:
