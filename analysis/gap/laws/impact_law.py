@@ -39,6 +39,8 @@ from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws import words as W
 
 FEWEST_IMPACTS = 20
+# Impacts that had counted as gross, from which on a law that explains them is chosen once more.
+FEWEST_REGAINED = 5
 # Step of the azimuth by which a wall's slope is told, and the steepest that is one: a step in a formula is none.
 LEAN_STEP_RAD, MOST_LEAN_RAD = 0.01, 0.2
 #: what acts on each coordinate of an impact
@@ -88,9 +90,26 @@ def find_impact_law(
         found, p = find_law(even.problem, even.columns, asked(even), rng, level, of_impacts(even.known))
     if found is None:
         return None
-    # Scatter that the law explains is no noise: weighed again with it, the law is measured once more.
+    # Scatter that the law explains is no noise: weighed again with it, the law is measured once more; and chosen once
+    # more where impacts that had counted as gross are what it explains.
     sharp = law_regression(impacts, fits, restitution_terms, law_at(found.parts, values_of(found)))
+    if _regained(problem, sharp, found) >= FEWEST_REGAINED:
+        again, chance = find_law(sharp.problem, sharp.columns, asked(sharp), rng, level, of_impacts(sharp.known))
+        if again is not None:
+            found, p = again, chance
+            sharp = law_regression(impacts, fits, restitution_terms, law_at(found.parts, values_of(found)))
     return told_law(sharp, found, p, frame)
+
+
+def _regained(problem: ImpactRegression, sharp: ImpactRegression, found: Found) -> int:
+    """How many rows count for more than twice as much beside the law that was ``found``, against what they usually
+    do."""
+    counts = list[int]()
+    for target in {term.target for term in found.terms}:
+        before, after = (np.abs(rows.answers[target]) for rows in (problem, sharp))
+        more = after[before > 0] / before[before > 0]
+        counts.append(int(np.count_nonzero(more > 2 * np.median(more))) if len(more) else 0)
+    return max(counts)
 
 
 def of_rates(

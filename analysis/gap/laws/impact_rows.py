@@ -27,6 +27,8 @@ from ovines.robust import MEDIAN_TO_SD, residual_sd
 Array = NDArray[np.float64]
 # Gross errors count as so many sds; and so many rows of one kind say by themselves what is usual among them.
 GROSS_SD, FEWEST_OF_A_KIND = 5.0, 8
+# Rounds in which what is gross beside a law settles.
+SETTLED = 2
 # Where none is to count for many, rows count as no more than so many usual ones.
 EVEN_SD = 1.5
 # Model error of an impulse beside its own (share of it): rounding of sharp series, not physics.
@@ -123,13 +125,16 @@ def law_regression(
     residual, nuisances = np.nan_to_num(residual), np.nan_to_num(nuisances)
     kind = np.repeat([0, 1, 3], count)
     kind[count : 2 * count] += slides == 0.0
-    # Gross against what impacts of a kind usually leave, not against noise alone: a missing law is no gross error, nor
-    # is one of the wall's friction where few impacts slide.
-    usual = [np.abs(residual[kind == k]) for k in range(4)]
-    together = [usual[0], *[np.concatenate(usual[1:3])] * 2, usual[3]]
-    usual = [one if len(one) >= FEWEST_OF_A_KIND else all_ for one, all_ in zip(usual, together, strict=True)]
-    limits = [GROSS_SD * max(1.0, MEDIAN_TO_SD * float(np.median(one))) if len(one) else GROSS_SD for one in usual]
-    weight = _weights(residual, kind, np.array(limits))
+    weight = _weights(residual, kind)
+    if law is not None:
+        # What a law explains of a few impacts is no gross error, wherever its mean lies.
+        terms = [term for term in law.terms if term.target in answers]
+        size = np.empty((count, len(terms)))
+        sizes(rows_of(terms), known, size)
+        explained = np.sum([np.tile(one, 3) * answers[t.target] for t, one in zip(terms, size.T, strict=True)], 0)
+        for _ in range(SETTLED):
+            means = np.linalg.lstsq(weight[:, None] * nuisances, weight * (residual - explained), rcond=None)[0]
+            weight = _weights(residual - explained - nuisances @ means, kind)
     problem = Regression(
         weight * residual, weight[:, None] * nuisances, np.zeros(nuisances.shape[1]), np.tile(np.arange(count), 3),
         np.tile(data.run, 3).astype(np.int64),
@@ -159,7 +164,7 @@ def distance_regression(
     sd = np.hypot(noise_m, scatter_m)
     # Gross is what a law that is known to act leaves, not what it explains: that is cut then.
     if held is None:
-        weight = _weights(residual_m / sd, np.zeros(len(at)), np.full(1, GROSS_SD))
+        weight = np.minimum(1.0, GROSS_SD / np.maximum(np.abs(residual_m / sd), 1e-300))
         residual = weight * residual_m / sd
     else:
         weight = np.ones(len(at))
@@ -225,7 +230,14 @@ def _usual_share(missed: Array, data: LawData, kind: NDArray[np.bool_]) -> float
     return float(np.sqrt(max((MEDIAN_TO_SD * usual) ** 2 - noise**2, 0.0)))
 
 
-def _weights(residual: Array, kind: Array, limits: Array) -> Array:
-    """Weights (M,) by which rows count no more than the limit of their ``kind``, an index (M,).  Whole rows: a residual
-    that is cut alone makes the coefficients of what explains it too small."""
-    return np.asarray(np.minimum(1.0, limits[kind.astype(int)] / np.maximum(np.abs(residual), 1e-300)), float)
+def _weights(left: Array, kind: Array) -> Array:
+    """Weights (M,) by which rows count no more than :data:`GROSS_SD` times what is usual among those of their ``kind``,
+    an index (M,).  Whole rows: a residual that is cut alone makes the coefficients of what explains it too small.
+
+    Gross against what impacts of a kind usually leave, not against noise alone: a missing law is no gross error, nor is
+    one of the wall's friction where few impacts slide."""
+    usual = [np.abs(left[kind == k]) for k in range(4)]
+    together = [usual[0], *[np.concatenate(usual[1:3])] * 2, usual[3]]
+    usual = [one if len(one) >= FEWEST_OF_A_KIND else all_ for one, all_ in zip(usual, together, strict=True)]
+    limits = [GROSS_SD * max(1.0, MEDIAN_TO_SD * float(np.median(one))) if len(one) else GROSS_SD for one in usual]
+    return np.asarray(np.minimum(1.0, np.array(limits)[kind] / np.maximum(np.abs(left), 1e-300)), float)
