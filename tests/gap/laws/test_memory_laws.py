@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from analysis.blind.plant.wall.friction import WORKED_BLOWS
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
 from analysis.gap.laws import flight_law as laws_of_flights
@@ -16,6 +17,7 @@ from analysis.gap.laws.instead.wall import wall_law_instead
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.fit import fit_impacts
+from analysis.gap.selection.impacts.tangential import tangential_gains
 from analysis.gap.selection.inertia import inertia_step, wall_between
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws.formula import as_text
@@ -184,6 +186,19 @@ def test_a_pile_that_the_blow_before_has_combed(tmp_path):
     (term,) = law.law.terms
     assert (term.target, [one.quantity for one in term.factors]) == ("wall_friction", ["slip", "last_slip"])
     assert term.coefficient < 0
+
+
+def test_rubber_that_blows_work_soft(tmp_path):
+    """The first few impacts of a run alone tell it: a probe asks for them, and what a law explains of a few is not
+    gross."""
+    series, _ = made_series(tmp_path, "unknown_worked_rubber", 1.0, 5, runs=6)
+    impacts, fits = impact_fit(series)
+    probe = max(tangential_gains(impacts.data, impacts.law), key=lambda one: one.gain)
+    assert (probe.name, probe.residual) == ("the first impacts of a run", "sticking")
+    law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None and quantities(law) == [("tangential_restitution", ["blows"])]
+    (term,) = law.law.terms
+    assert term.factors[0].scale == pytest.approx(WORKED_BLOWS, rel=0.05) and law.closed > 0.95
 
 
 def test_a_blow_that_is_turned_against_the_slip_is_no_wrong_inertia(loaded):
