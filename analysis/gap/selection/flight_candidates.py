@@ -45,7 +45,7 @@ def rig_units(fitted: FlightFit) -> Units:
 @dataclass(frozen=True, eq=False)
 class Gain:
     """What one term adds to a fit: fall of -2 log L in all and on held-out runs, estimate and sd per column, jackknife
-    significance.
+    significance; whether a drag ``pushes``, which none does.
     """
 
     term: FlightTerm
@@ -57,6 +57,7 @@ class Gain:
     improved: float
     acceleration_m_per_s2: float
     per_run: Array = field(default_factory=lambda: np.zeros(0))
+    pushes: bool = False
 
 
 def gain_of(base: FlightFit, term: FlightTerm, units: Units) -> Gain:
@@ -71,7 +72,8 @@ def gain_of(base: FlightFit, term: FlightTerm, units: Units) -> Gain:
     none = np.zeros(len(columns))
     if not columns:
         return Gain(term, 0.0, 0.0, none, np.full(len(term.columns), np.inf), 0.0, 0.0, 0.0)
-    value = np.array([value_of(base.model, c) - base.model.stated.get(c, 0.0) for c in columns])
+    stated = np.array([base.model.stated.get(c, 0.0) for c in columns])
+    value = np.array([value_of(base.model, c) for c in columns]) - stated
     with_term, without = forms.solved([*others, *columns]), forms.solved(others, columns, -value)
     estimate = value + with_term.step[len(others) :]
     sd = np.sqrt(np.diag(with_term.covariance))[len(others) :]
@@ -96,6 +98,7 @@ def gain_of(base: FlightFit, term: FlightTerm, units: Units) -> Gain:
         float(np.mean(per_run > 0)),
         size,
         per_run,
+        term.drags and bool(np.any(estimate + stated < 0)),
     )
 
 

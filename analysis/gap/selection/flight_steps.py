@@ -39,13 +39,14 @@ MOST_TERMS = 8
 def _accepted(gain: Gain, least: float, units: Units) -> bool:
     """``least``: held-out gain that chance does not reach.
 
-    What has no name is told as left only where it is surely more than negligible, by its own sd: what a named motion of
-    the Host leaves by an imperfect law has no other name, and is about as large as that."""
+    A drag that pushes is none.  What has no name is told as left only where it is surely more than negligible, by its
+    own sd: what a named motion of the Host leaves by an imperfect law has no other name, and is about as large."""
     size = gain.acceleration_m_per_s2
     if not gain.term.named:
         size *= 1 - 1 / max(gain.significance, 1.0)
     return (
-        gain.gain > GAIN
+        not gain.pushes
+        and gain.gain > GAIN
         and gain.held_out > least
         and gain.significance > SIGNIFICANCE
         and gain.improved >= IMPROVED

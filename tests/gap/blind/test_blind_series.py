@@ -103,8 +103,8 @@ def _paths(name, size, restitution=None):
     harmonics = np.array([[0, 0.0164, drive, 2.0], [3, draft.vertical_amplitude_m, drive, 1.0]])
     if "slam_s" in draft.run_numbers:  # a blow at any time of a run, in half of them
         draft.run_numbers["slam_s"][0] = 0.02
-    if "gust_share" in draft.run_numbers:  # a door that is opened later in a run than the paths are long
-        draft.run_numbers["gust_share"][0] = 0.0
+    for share in {"gust_share", "specked_share"} & set(draft.run_numbers):  # later in a run than the paths are long
+        draft.run_numbers[share][0] = 0.0
     physics = physics_of_run(draft, 0, drive, 1.2)
     time = np.linspace(0.0, 0.1, 200)
     for _ in range(10):

@@ -13,7 +13,7 @@ from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
-from analysis.gap.laws.choice.search import AS_GOOD, LEVEL_BELIEVED, LEVEL_WHERE_LEFT
+from analysis.gap.laws.choice.search import AS_GOOD, LEAST_SHARE, LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, needless_beside
 from analysis.gap.laws.impact_rows import law_regression, of_target, usual_scatter
@@ -78,12 +78,16 @@ def _of_restitution(law: LawFound) -> bool:
 
 def _more_than_own(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> bool:
     """Whether runs held out want more of a law than those of its terms that are what a listed effect does: with the run
-    and, by a thousandth of that, around the wall, is a drift in other words."""
+    and, by a hundredth of that, around the wall, is a drift in other words."""
     terms = law.rig_law.terms
     own = [term for term in terms if is_own_term(term)]
+    if not own:
+        return True
     rows = law_regression(impacts, fits, (), law.rig_law)
-    less, whole = (float(held_out_squares(rows.problem, rows.columns(some)).sum()) for some in (own, terms))
-    return not own or less - whole > AS_GOOD
+    none, less, whole = (
+        float(held_out_squares(rows.problem, rows.columns(some)).sum()) for some in ([], own, list(terms))
+    )
+    return less - whole > max(AS_GOOD, LEAST_SHARE * (none - whole))
 
 
 def _costs(

@@ -7,16 +7,18 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class FlightTerm:
-    """``columns`` of the evidence that belong together; ``named``: an effect of the library, no probe."""
+    """``columns`` of the evidence that belong together; ``named``: an effect of the library, no probe; ``drags``: a
+    named one that only takes energy."""
 
     name: str
     columns: tuple[str, ...]
     named: bool = False
+    drags: bool = False
 
 
 EFFECT_TERMS = (
-    FlightTerm("viscous_drag", ("viscous",), True),
-    FlightTerm("air_drag", ("air",), True),
+    FlightTerm("viscous_drag", ("viscous",), True, drags=True),
+    FlightTerm("air_drag", ("air",), True, drags=True),
     FlightTerm("table_tilt", ("tilt_x", "tilt_y"), True),
     FlightTerm("vertical_motion", ("load",), True),
     FlightTerm("friction_drift", ("drift", "drift_run"), True),
