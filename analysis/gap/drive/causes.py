@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 SLOW_SHARE = 0.5
 # A line is there in a run that alone would show it once in a thousand.
 SURE_IN_RUN = float(chdtri(4, 1e-3))
+# ... and says something of it where its size is so many sds; more than this share of the runs must.
+SHOWS_SD, FEWEST_SHARE = 5.0, 0.5
 # Standard errors over the runs by which one swing must explain more than another.
 SURELY = 2.0
 # [model] states a size that is off by less than this share: it is the same.
@@ -54,7 +56,8 @@ def judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_m
         drive_hz = float(np.median([path.drive_hz for path in steps.paths if path.tells_lines]))
         if line.frequency_hz >= SLOW_SHARE * drive_hz or size < least:
             continue
-        if float(np.mean(line.each[tell] > SURE_IN_RUN)) < IMPROVED:
+        seen = tell & would_show(line)
+        if np.sum(seen) <= FEWEST_SHARE * np.sum(tell) or float(np.mean(line.each[seen] > SURE_IN_RUN)) < IMPROVED:
             continue
         by_effect["host_sway"] = by_effect.get("host_sway", np.zeros(runs)) + _by_run(steps.paths, line.each, runs)
         if "host_sway" in withheld or "host_sway" in {c.effect for c in causes}:
@@ -77,6 +80,14 @@ def judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_m
         by_effect={effect: gain for effect, gain in by_effect.items() if effect in named},
         tells_sway=tells_sway,
     )
+
+
+def would_show(line: Line) -> NDArray[np.bool_]:
+    """Runs (P,) in which a line of this size would be seen: what a short run's drive is fitted by holds slow ones."""
+    size_m = np.linalg.norm(line.amplitude, axis=1)
+    sure = size_m > SHOWS_SD * line.sd
+    usual_m = float(np.median(size_m[sure])) if sure.any() else 0.0
+    return np.asarray(SHOWS_SD * line.sd < usual_m, bool)
 
 
 def _rivals(swing: Swing, steps: DriveSteps) -> tuple[str, ...]:
