@@ -72,7 +72,7 @@ def segment(
     off_m += WALL_OFF_SHARE * (size_m - off_m)
     kinks = kinks[_near_wall(relative_m, gap_m, off_m, kinks[:, 0].astype(np.int64))]
     gaps = kinks[:, 0].astype(np.int64)
-    # Inside a stretch of contact the wall itself bends the path: those are not impacts.
+    # Inside a stretch of contact the wall itself bends the path: those are not impacts, nor is it a flight's.
     inside = np.zeros(len(gaps), bool)
     for first, last in contact:
         inside |= (gaps >= first) & (gaps < last)

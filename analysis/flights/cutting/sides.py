@@ -29,10 +29,10 @@ def on_their_sides(time_s: Array, x: Array, y: Array, sd_m: Array, gaps: NDArray
         last = int(gaps[k + 1]) if k + 1 < len(gaps) else len(x) - 1
         before, after = np.arange(first, gap + 1), np.arange(gap + 1, last + 1)
         before, after = before[np.isfinite(x[before])], after[np.isfinite(x[after])]
-        for own, other, frame, moved in ((before, after, -1, before), (after, before, 0, after)):
+        for own, other, end in ((before, after, -1), (after, before, 0)):
             if not len(own):
                 continue
-            at = int(moved[frame])
+            at = int(own[end])
             rest = own[own != at]
             if min(len(rest), len(other)) < FEWEST_FRAMES:
                 continue

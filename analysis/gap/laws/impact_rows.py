@@ -131,7 +131,8 @@ def law_regression(
         terms = [term for term in law.terms if term.target in answers]
         size = np.empty((count, len(terms)))
         sizes(rows_of(terms), known, size)
-        explained = np.sum([np.tile(one, 3) * answers[t.target] for t, one in zip(terms, size.T, strict=True)], 0)
+        moved = [np.tile(one, 3) * answers[term.target] for term, one in zip(terms, size.T, strict=True)]
+        explained = np.nan_to_num(np.sum(moved, axis=0))
         for _ in range(SETTLED):
             means = np.linalg.lstsq(weight[:, None] * nuisances, weight * (residual - explained), rcond=None)[0]
             weight = _weights(residual - explained - nuisances @ means, kind)
