@@ -1,7 +1,7 @@
 """On which side of an impact a frame is that lies just beside it.
 
-A kink is placed by the few frames about it, and one in twenty impacts a frame off: that frame then lies on the path of
-the flight beside its own, as the whole of both flights shows, whatever bends them.
+A kink is placed by the few frames about it, and at one in twenty impacts a frame off: that frame then lies on the path
+of the flight beside its own, as a dozen frames of both show, whatever bends them.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 # Frames of a flight that say where it is a frame further: within this time of its end (rig units), so many at the most,
 # which a parabola follows whatever acts, and so many at least for one.
 REACH_S, MOST_FRAMES, FEWEST_FRAMES = 0.015, 12, 4
-# A frame is denied by its own flight from here (one in a hundred series by chance), and taken by the other where it is
-# within this share of that.
+# A frame is denied by its own flight from here (in one of two hundred series of 200 impacts by chance), and taken by
+# the other where it is within this share of that.
 DENIED_SD, ACCEPTED_SHARE = 4.5, 0.5
 
 

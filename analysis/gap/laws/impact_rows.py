@@ -62,6 +62,12 @@ class ImpactRegression:
                 out[:, j] = self.answers[term.target] * np.tile(size[:, j], len(out) // len(size))
         return out
 
+    def weighed(self, weight: Array) -> ImpactRegression:
+        """The same with rows that count by ``weight`` (M,)."""
+        rows = self.problem
+        problem = replace(rows, residual=weight * rows.residual, nuisances=weight[:, None] * rows.nuisances)
+        return replace(self, problem=problem, answers={k: weight * answer for k, answer in self.answers.items()})
+
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (M, B) of a term times the weights (K, B) that ``cut`` gives what is known."""
         weight = cut(self.known)
@@ -78,8 +84,7 @@ def weighed_evenly(rows: ImpactRegression) -> ImpactRegression:
     if not usual > 0:
         return rows
     weight = np.minimum(1.0, EVEN_SD * usual / np.maximum(size, 1e-300))
-    even = replace(problem, residual=weight * problem.residual, nuisances=weight[:, None] * problem.nuisances)
-    return replace(rows, problem=even, answers={name: weight * answer for name, answer in rows.answers.items()})
+    return rows.weighed(weight)
 
 
 def of_wall_shape(term: Term) -> bool:
@@ -125,22 +130,19 @@ def law_regression(
     residual, nuisances = np.nan_to_num(residual), np.nan_to_num(nuisances)
     kind = np.repeat([0, 1, 3], count)
     kind[count : 2 * count] += slides == 0.0
+    problem = Regression(
+        residual, nuisances, np.zeros(nuisances.shape[1]), np.tile(np.arange(count), 3),
+        np.tile(data.run, 3).astype(np.int64),
+    )  # fmt: skip
+    rows = ImpactRegression(problem, known, answers)
     weight = _weights(residual, kind)
     if law is not None:
         # What a law explains of a few impacts is no gross error, wherever its mean lies.
-        terms = [term for term in law.terms if term.target in answers]
-        size = np.empty((count, len(terms)))
-        sizes(rows_of(terms), known, size)
-        moved = [np.tile(one, 3) * answers[term.target] for term, one in zip(terms, size.T, strict=True)]
-        explained = np.nan_to_num(np.sum(moved, axis=0))
+        beside = residual - np.nan_to_num(rows.columns(law.terms)).sum(1)
         for _ in range(SETTLED):
-            means = np.linalg.lstsq(weight[:, None] * nuisances, weight * (residual - explained), rcond=None)[0]
-            weight = _weights(residual - explained - nuisances @ means, kind)
-    problem = Regression(
-        weight * residual, weight[:, None] * nuisances, np.zeros(nuisances.shape[1]), np.tile(np.arange(count), 3),
-        np.tile(data.run, 3).astype(np.int64),
-    )  # fmt: skip
-    return ImpactRegression(problem, known, {name: weight * answer for name, answer in answers.items()})
+            means = np.linalg.lstsq(weight[:, None] * nuisances, weight * beside, rcond=None)[0]
+            weight = _weights(beside - nuisances @ means, kind)
+    return rows.weighed(weight)
 
 
 def distance_regression(

@@ -112,7 +112,7 @@ def flight_paths(run: Run, fits: FlightFits) -> Array:
     return out
 
 
-def free_paths(run: Run, correlation: float = 0.0) -> Array:
+def free_paths(run: Run, correlation: float) -> Array:
     """The noise floor: free cubics over pieces of at most 24 frames of each flight, scaled back for what they swallow
     of noise of this ``correlation`` from frame to frame.
     """

@@ -51,14 +51,15 @@ def scenario(law: ImpactLaw, friction: float, drive: bool = True, spin: float = 
     )
 
 
-def noisy(result, seed: int = 1) -> pd.DataFrame:
+def noisy(result, seed: int = 1, share: float = 1.0) -> pd.DataFrame:
+    """The motion with noise, or a ``share`` of what is usual."""
     rng, motion = np.random.default_rng(seed), motion_table(result).copy()
     for body in ("nes", "host"):
         for axis in "xyz":
-            motion[f"{body}_{axis}_m"] = motion[f"{body}_{axis}_m"] + NOISE_M * rng.standard_normal(len(motion))
-            motion[f"{body}_{axis}_sd_m"] = NOISE_M
-        motion[f"{body}_angle_rad"] = motion[f"{body}_angle_rad"] + 2e-3 * rng.standard_normal(len(motion))
-        motion[f"{body}_angle_sd_rad"] = 2e-3
+            motion[f"{body}_{axis}_m"] = motion[f"{body}_{axis}_m"] + share * NOISE_M * rng.standard_normal(len(motion))
+            motion[f"{body}_{axis}_sd_m"] = share * NOISE_M
+        motion[f"{body}_angle_rad"] = motion[f"{body}_angle_rad"] + share * 2e-3 * rng.standard_normal(len(motion))
+        motion[f"{body}_angle_sd_rad"] = share * 2e-3
     return motion
 
 
@@ -159,13 +160,16 @@ def test_a_puck_on_a_table_at_rest(recording):
     assert abs(rows.loc["floor_friction", "value"] - 0.02) < 4 * rows.loc["floor_friction", "sd"] + 1e-4
 
 
-def test_without_friction_the_answer_is_about_zero(recording):
-    """No more than the flights of one short run can tell, and the restitution is as sure as that."""
+@pytest.mark.parametrize(("share", "most"), [(1.0, 0.01), (0.1, 2e-3)])
+def test_without_friction_the_answer_is_about_zero(recording, share, most):
+    """As near as ten impacts of one short run can tell by usual markers, whose sd is 0.009, and by ten times sharper
+    ones; the restitution is as sure as that."""
     result = simulate(scenario(ImpactLaw(0.8, 0.1, 0.4), 0.0, drive=False))
-    rows = identify(noisy(result), recording).identification.set_index("parameter").drop(columns="n_impacts")
+    rows = identify(noisy(result, share=share), recording).identification.set_index("parameter")
     friction, restitution = rows.loc["floor_friction"], rows.loc["restitution"]
-    assert friction["low"] == 0.0 and friction["value"] < friction["sd"] < 0.01 and friction["high"] < friction["sd"]
-    assert abs(restitution["value"] - 0.8) < 2 * restitution["sd"] < 2e-3
+    assert friction["low"] == 0.0 and friction["high"] < most
+    assert friction["value"] < friction["sd"] < share * 0.01 and friction["high"] < friction["sd"]
+    assert abs(restitution["value"] - 0.8) < 2 * restitution["sd"] < share * 2e-3
 
 
 def test_smooth_wall_gives_a_bound_for_the_tangential_restitution(recording):

@@ -28,9 +28,9 @@ from analysis.gap.series import Series
 MOST_BY_A_FORCE = 0.9
 # A camera's law that makes the flights fit worse than this is none of a camera.
 WORSE = 1.01
-# A clock's law is one that flights bear out or know nothing of: those of a clock that is off by a millisecond or less
-# fit by two hundredths of a thousandth worse or better.
-AS_GOOD = 1.0005
+# A clock's law is one that flights bear out or know nothing of: under a clock that was off by half a frame they fitted
+# by 3e-5 worse.
+HARDLY_WORSE = 1.0005
 
 
 def measurement_laws(
@@ -75,7 +75,7 @@ def measurement_laws(
     clock, corrected = find_clock_law(series, rng)
     if clock is not None and believed(clock, 1.0, 0.0) is not None:
         again = run_ladder(corrected, rng, withheld)
-        if _misfit(again) < _misfit(best) * (1 / WORSE if _found(again) > _found(best) else AS_GOOD):
+        if _misfit(again) < _misfit(best) * (1 / WORSE if _found(again) > _found(best) else HARDLY_WORSE):
             laws, series, best = (*laws, clock), corrected, again
             told = told or [structure_of_clock(clock, ladder.series.period_s)]
     # How the card with the disk's markers lies on it: what stays from blow to blow no probe tells.

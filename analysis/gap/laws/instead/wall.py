@@ -58,7 +58,7 @@ def wall_law_instead(
         found, p = find_law(problem.problem, problem.columns, candidates, rng, LEVEL, of_impacts(problem.known), most)
         if (
             found is not None
-            and _instead(*_gains(found, base, fits, [*shapes, *_beside_lasting(found)]), _more(found, shapes))
+            and _says_more(found, base, fits, shapes)
             and not _holds(found, shapes)
             and not asked_beside(problem, found, shapes)
         ):
@@ -80,29 +80,22 @@ def is_lasting(law: LawFound) -> bool:
     return any({(one.quantity, one.order) for one in term.factors} == {("approach", HERTZ)} for term in law.law.terms)
 
 
-def _beside_lasting(found: Found) -> list[Term]:
-    """What a formula has beside how long contacts last: the name may have it, too."""
-    parts = [part for part in found.parts if part.name != LASTING]
-    return [term for part in parts for term in part.terms] if len(parts) < len(found.parts) else []
-
-
-def _more(found: Found, shapes: Sequence[Term]) -> int:
-    """Unknowns of a formula more than of the named ``shapes`` that it replaces."""
-    return sum(part.unknowns for part in found.parts) - len(_beside_lasting(found)) - len(shapes)
+def _says_more(found: Found, base: ImpactFit, fits: Sequence[FlightFits], shapes: Sequence[Term]) -> bool:
+    """Whether a formula stands in the place of the named ``shapes``, by the fall of -2 log L of runs held out at the
+    scatter that it leaves: that of both together would hide by how little they differ.  What it has beside how long
+    contacts last the name may have, too."""
+    replacing = [part for part in found.parts if part.name == LASTING] or list(found.parts)
+    beside = [term for part in found.parts if part not in replacing for term in part.terms]
+    sharp = distance_regression(base, fits, law_at(found.parts, values_of(found)))
+    left = sharp.problem.with_columns(sharp.columns(found.terms)).excess
+    told, named = (_gain(sharp, terms) / left for terms in (found.terms, [*shapes, *beside]))
+    return _instead(told, named, sum(part.unknowns for part in replacing) - len(shapes))
 
 
 def _instead(told: float, named: float, more: int) -> bool:
     """Whether a formula of so many ``more`` unknowns, which gains ``told``, says clearly more than named shapes that
     gain ``named``, or as much by fewer."""
     return told - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and told > AS_WELL * named)
-
-
-def _gains(found: Found, base: ImpactFit, fits: Sequence[FlightFits], shapes: Sequence[Term]) -> tuple[float, float]:
-    """Fall of -2 log L of runs held out by a formula and by the named ``shapes``, at the scatter that the formula
-    leaves: that of both together would hide by how little they differ."""
-    sharp = distance_regression(base, fits, law_at(found.parts, values_of(found)))
-    left = sharp.problem.with_columns(sharp.columns(found.terms)).excess
-    return _gain(sharp, found.terms) / left, _gain(sharp, shapes) / left
 
 
 def _gain(rows: ImpactRegression, terms: Sequence[Term]) -> float:
