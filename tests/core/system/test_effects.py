@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
-from ovines.core.effects import EFFECTS
+from ovines.core.effects import EFFECTS, Effect, EffectParameter
+from ovines.core.effects.effect import with_floats
+from ovines.core.system import parameters as P
+from ovines.documentation.reference_pages import effects_page
 
 WIDE = Scenario(
     "wide", Nes(0.01, 0.02), Host(50.0), ImpactLaw(0.7, 0.1, 0.5), 0.5, FloorFriction(0.2, "coulomb", "ground", 1e-5),
@@ -42,6 +45,27 @@ def test_names_and_stages_are_the_contract():
     }  # fmt: skip
     for stage, names in expected.items():
         assert names == {effect.name for effect in EFFECTS.values() if effect.stage == stage}
+
+
+def test_an_effect_that_is_added_is_known_everywhere_at_once_and_gone_when_it_is_taken_out(monkeypatch):
+    """A steady push along x, as docs/how-to/add-effect.md has it: one object in the library, and the simulator moves by
+    it, the reference lists it, and a size out of its bounds is refused."""
+
+    def apply(packed, values, scenario):
+        return with_floats(packed, {P.GRAVITY_X: packed.p[P.GRAVITY_X] + values["push_m_per_s2"]})
+
+    push = Effect("steady_push", "flight", (EffectParameter("push_m_per_s2", "m/s^2", 0.0, 5.0),), "a push", apply)
+    bare = simulate(BARE).motion["nes_vx_m_per_s"]
+    with monkeypatch.context() as added:
+        added.setitem(EFFECTS, push.name, push)
+        result = with_effect(BARE, push.name, push_m_per_s2=2.0)
+        np.testing.assert_allclose(result.motion["nes_vx_m_per_s"] - bare, 2.0 * result.time_s, rtol=0, atol=1e-9)
+        assert push.name in effects_page()
+        with pytest.raises(ScenarioError, match="push_m_per_s2"):
+            with_effect(BARE, push.name, push_m_per_s2=9.0)
+    with pytest.raises(ScenarioError, match="steady_push"):
+        with_effect(BARE, push.name, push_m_per_s2=2.0)
+    assert push.name not in effects_page()
 
 
 def test_floor_friction():
