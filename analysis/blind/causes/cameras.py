@@ -61,6 +61,25 @@ def _swinging_zoom(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"zoom": draft.view["zoom_swing"], "frequency_hz": draft.view["zoom_swing_hz"]}
 
 
+def _clicked_templates(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Anew in each run."""
+    if size > 0.0:
+        draws = tuple(int(draw) for draw in rng.integers(2**31, size=runs))
+        draft.view.update(clicked_px=0.45 * size * spread(rng), clicked_draw=draws)
+    return {"clicked_px": draft.view.get("clicked_px", 0.0)}
+
+
+def _hopping_labels(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Once in each run, at a time of its own: any two but the middle one."""
+    one, other = (int(marker) + 1 for marker in rng.permutation(4)[:2])
+    draft.view.update(
+        hopped=tuple(rng.uniform(0.2, 0.7, runs).tolist()),
+        hopped_s=0.05 * size * spread(rng),
+        hopped_markers=(one, other),
+    )
+    return {"hopped_s": draft.view["hopped_s"], "marker": float(one + 1), "other": float(other + 1)}
+
+
 def _shaken_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.view.update(shaken_px=0.4 * size * spread(rng), shaken_hz=float(rng.uniform(15.0, 60.0)))
     return {"shaken_px": draft.view["shaken_px"], "frequency_hz": draft.view["shaken_hz"]}
@@ -427,6 +446,35 @@ CAMERAS = [
         "measurement",
         seen("blocked_px", 0.75),
         follows="the place in the picture, once in eight pixels",
+    ),
+    # A tracker whose templates somebody clicks by hand in each run.
+    Cause(
+        "unknown_clicked_templates",
+        "measurement",
+        _clicked_templates,
+        follows="the number of the run, in no order, at each marker in each camera by itself",
+    ),
+    # A tracker that loses two markers of the disk and finds each in the other's place, for a while.
+    Cause(
+        "unknown_hopping_labels",
+        "measurement",
+        _hopping_labels,
+        follows="the time in the run, in one stretch of it, at two markers of the disk in one camera",
+    ),
+    # A tracker that moves on only where a marker has moved by so much.
+    Cause(
+        "unknown_dead_band",
+        "measurement",
+        seen("dead_band_px", 0.75),
+        follows="the direction of the velocity in the picture, whatever its size",
+    ),
+    # A tracker that goes by the way of what the wall hides in part.
+    Cause(
+        "unknown_guessing_tracker",
+        "measurement",
+        seen("guessed", 0.36),
+        follows="the way of each of the disk's markers to the wall, and each blow just after it",
+        round_only=True,
     ),
     # A tracker that smooths its tracks, over blows, too.
     Cause(

@@ -218,6 +218,14 @@ FLOOR_HISTORY = [
         follows="the way slid since the last blow, and its approach speed",
         short_blows=True,
     ),
+    # Dirt along one side of the wall, of which a blow there leaves some under the disk.
+    Cause(
+        "unknown_dirty_side",
+        "flight",
+        changes({"dirty_side": 0.3}, ("dirty_rad",)),
+        follows="the azimuth of the last blow, once around, in the friction",
+        short_blows=True,
+    ),
     # A disk that rattles on its floor after a blow, the more the harder it was.
     Cause(
         "unknown_rattling_disk",

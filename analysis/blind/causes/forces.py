@@ -302,6 +302,14 @@ FORCES = [
         follows="the slip over the Host's floor, ever more from run to run",
         rivals=("viscous_drag",),
     ),
+    # Grease of the ring's joint, which has crept onto the floor.
+    Cause(
+        "unknown_crept_grease",
+        "flight",
+        changes({"crept_film_per_s": 0.35}),
+        follows="the slip over the Host's floor, with the fourth power of the way from the Host's centre",
+        rivals=("viscous_drag",),
+    ),
     # A film of air below the disk, which a blow fills and which thins until the next.
     Cause(
         "unknown_thinning_film",
@@ -352,6 +360,13 @@ FORCES = [
         changes({"fan_per_m": 0.04}, ("fan_rad",)),
         follows="the velocity against air that moves through the room, with its square",
         rivals=("air_drag",),
+    ),
+    # A disk that stirs the air around it as it spins.
+    Cause(
+        "unknown_churned_air",
+        "flight",
+        changes({"churned": 0.0008}),
+        follows="the velocity in the room, times the size of the spin",
     ),
     # A blower that switches itself on and off.
     Cause(

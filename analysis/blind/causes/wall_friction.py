@@ -285,6 +285,34 @@ WALL_FRICTION = [
         changes({"sintered": 0.9}),
         follows="the approach speed of the last blow, where the disk slips",
     ),
+    # A guide whose balls rattle the ring as it moves.
+    Cause(
+        "unknown_dithered_wall",
+        "impact",
+        changes({"dithered": 0.8}),
+        follows="the size of the Host's velocity, where the disk slips",
+    ),
+    # A wall that nobody has cleaned.
+    Cause(
+        "unknown_contaminated_wall",
+        "impact",
+        changes({"contaminated": 0.75}),
+        follows="nothing: each blow's friction is its own",
+    ),
+    # A wall that is sanded before each run, and that each blow burnishes where it strikes.
+    Cause(
+        "unknown_burnished_wall",
+        "impact",
+        changes({"burnished": 0.95}),
+        follows="how many blows the struck place of the wall has had, where the disk slips",
+    ),
+    # A dry wall, which holds what does not slip yet better than what does.
+    Cause(
+        "unknown_static_friction",
+        "impact",
+        changes({"static": 1.8}),
+        follows="the slip's size over the approach speed: sticks where it would slip by a little",
+    ),
     # Powder on the wall, which the drive shakes up.
     Cause(
         "unknown_shaken_powder",
@@ -362,6 +390,13 @@ WALL_FRICTION = [
         "impact",
         changes({"preload": 1.2}),
         follows="the Host's acceleration along the contact's normal, where the disk sticks",
+    ),
+    # A soft rim, which a fast spin leaves no time to creep back.
+    Cause(
+        "unknown_limp_rim",
+        "impact",
+        changes({"limp_s": 0.007}),
+        follows="the size of the spin, where the disk sticks",
     ),
     # A gel that takes its time to come back from the last blow's shear.
     Cause(

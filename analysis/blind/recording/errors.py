@@ -140,6 +140,13 @@ class ViewErrors:
     fifth_px: float = 0.0  # the second camera's picture is too far out by this 300 px off, with the fifth power
     knocked_px: float = 0.0  # the first camera's lens is off its axis: by three times this 300 px from the middle ...
     knocked_rad: float = 0.0  # ... in this direction of the picture
+    clicked_px: float = 0.0  # each marker in each camera lies off by this, RMS along either side, all through a run ...
+    clicked_draw: tuple[int, ...] = ()  # ... of each run: which ways
+    hopped: tuple[float, ...] = ()  # of each run: from this share of it on two of the disk's markers are taken ...
+    hopped_s: float = 0.0  # ... for each other by the second camera's tracker, for this time ...
+    hopped_markers: tuple[int, int] = (1, 2)  # ... these, the middle one being 0
+    dead_band_px: float = 0.0  # markers are found where they were until they are this far from there
+    guessed: float = 0.0  # near the wall the disk's markers are found where their way would lead, by at most this share
     smoothed: float = 0.0  # share that a mean over some frames has in where markers are found
     unfocused_px: float = (
         0.0  # both cameras' markers scatter by this 300 px from the picture's middle, evenly less nearer

@@ -9,16 +9,14 @@ from analysis.blind.recording.noise import Noise, draw_errors, draw_missing, dra
 from analysis.blind.recording.picture import (
     STEADY,
     Shaking,
-    blocked,
     by_the_first_camera,
     by_the_second_camera,
     hazed,
     read_out,
-    rounded,
-    smoothed,
     stuttered,
     unfocused,
 )
+from analysis.blind.recording.tracker import blocked, dragged, guessed, hopped, rounded, smoothed
 from analysis.blind.recording.views import MARKERS, View
 
 
@@ -42,6 +40,11 @@ def tracks_of(
         if index == 1:
             pixels = by_the_second_camera(pixels, view, errors, shaking)
         pixels = smoothed(read_out(pixels, view, frame_rate_hz, errors), errors)
+        pixels = dragged(guessed(pixels, points_m[index], errors), errors)
+        if index == 1 and shaking.hops_from is not None:
+            pixels = hopped(pixels, shaking.hops_from, frame_rate_hz, errors)
+        if shaking.clicked_px is not None:
+            pixels = pixels + shaking.clicked_px[index]
         pixels = unfocused(pixels, view, errors, rng)
         pixels = pixels + draw_errors(pixels.shape, noise, rng)
         pixels[..., 0] += draw_outliers(pixels.shape[:2], noise, rng)

@@ -1,4 +1,4 @@
-"""What moves, stretches, delays or codes a camera's whole picture."""
+"""What moves, stretches or delays a camera's whole picture."""
 
 from dataclasses import dataclass
 
@@ -7,15 +7,14 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats
 from analysis.blind.plant.host import HOST_M_PER_S2, host_pose
 from analysis.blind.recording.errors import ViewErrors
+from analysis.blind.recording.tracker import clicked_off_px
 from analysis.blind.recording.views import DISK, WINDOW_PX, View
 
 SHAKE_DECAY_S = 0.04  # of a tripod on the bench: gone before the next impact but one
 BUTTON_S = 0.3  # in which a camera whose button was pressed comes to rest: a quarter of a run
-BLOCK_PX = 8.0  # side of the blocks that a film is coded in
 HAZE_PX = 250.0  # between two crests of haze in a picture: 5 cm over the rig, where warm air rises in billows
 COLD_RUNS = 3.0  # after which a camera has warmed by two thirds
 REFOCUS_PX = 300.0  # from the picture's middle to where a lens is off by what its causes say: the ring's radius
-SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,9 @@ class Shaking:
     """How the first camera moves (frames,): `shake_px` along u, `twist_rad` about its axis, `tripod_px` (frames, 2)
     along u and v (None: not at all); its picture is too large by the share `zoom`, and that of the second camera
     lies off along v by `second_px`; either lies off by `first_off_px` or `second_off_px` (u, v), if at all, and the
-    first by `nudged_px` (frames, 2)."""
+    first by `nudged_px` (frames, 2).  Of the trackers: the share `hops_from` of the run from which on the second one's
+    takes two markers for each other, and how far off either camera's markers were clicked, `clicked_px` (camera,
+    marker, 2)."""
 
     shake_px: np.ndarray | float = 0.0
     twist_rad: np.ndarray | None = None
@@ -33,6 +34,8 @@ class Shaking:
     first_off_px: Floats | None = None
     second_off_px: Floats | None = None
     nudged_px: Floats | None = None
+    hops_from: float | None = None
+    clicked_px: Floats | None = None
 
 
 STEADY = Shaking()
@@ -55,6 +58,8 @@ def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, r
         warm_off_px(run, errors) if errors.warm_px else None,
         jogged_off_px(errors) if errors.jogged_px and run >= errors.jogged_from else None,
         nudged_off_px(len(time_s), run, errors) if errors.nudged_px else None,
+        errors.hopped[run] if errors.hopped_s else None,
+        clicked_off_px(run, errors) if errors.clicked_px else None,
     )
 
 
@@ -286,21 +291,6 @@ def stuttered(pixels: np.ndarray, share: float) -> np.ndarray:
     return pixels[np.maximum.accumulate(np.where(repeats, 0, np.arange(frames)))]
 
 
-def blocked(pixels: Floats, errors: ViewErrors) -> Floats:
-    """Pixels (frames, markers, 2) of a film that was coded in blocks, too coarsely: in both cameras all markers are
-    drawn to the middles of their blocks, by `blocked_px` sin(2 pi pixel / `BLOCK_PX`) along each side."""
-    if errors.blocked_px == 0.0:
-        return pixels
-    return pixels - errors.blocked_px * np.sin(2.0 * np.pi * pixels / BLOCK_PX)
-
-
-def rounded(pixels: Floats, errors: ViewErrors) -> Floats:
-    """Pixels (frames, markers, 2) as a table has them whose numbers were rounded: to whole steps of `rounded_px`."""
-    if errors.rounded_px == 0.0:
-        return pixels
-    return np.round(pixels / errors.rounded_px) * errors.rounded_px
-
-
 def unfocused(pixels: Floats, view: View, errors: ViewErrors, rng: np.random.Generator) -> Floats:
     """Pixels (frames, markers, 2) of a lens that is sharp in the picture's middle only: markers scatter by
     `unfocused_px` r / `REFOCUS_PX`, r from there; by a generator beside `rng`, which leaves its own chances as they
@@ -310,14 +300,3 @@ def unfocused(pixels: Floats, view: View, errors: ViewErrors, rng: np.random.Gen
     (beside,) = rng.spawn(1)
     away = np.linalg.norm(pixels - view.centre_px, axis=-1, keepdims=True) / REFOCUS_PX
     return pixels + errors.unfocused_px * away * beside.standard_normal(pixels.shape)
-
-
-def smoothed(pixels: Floats, errors: ViewErrors) -> Floats:
-    """Pixels (frames, markers, 2) as a tracker finds them that smooths its tracks: a share `smoothed` of each is the
-    mean over the frame and `SMOOTHED_FRAMES` to either side, its first and last frames standing for those beyond."""
-    if errors.smoothed == 0.0:
-        return pixels
-    k = SMOOTHED_FRAMES
-    wide = np.pad(pixels, ((k, k), (0, 0), (0, 0)), mode="edge")
-    mean = sum(wide[i : i + len(pixels)] for i in range(2 * k + 1)) / (2 * k + 1)
-    return pixels + errors.smoothed * (mean - pixels)

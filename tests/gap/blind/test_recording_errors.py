@@ -9,7 +9,8 @@ from analysis.blind.recording.clock import dropped_s, free_running_s, grounded_s
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.light import glared, glinted, shaded, shadowed, through_lid, trailed
 from analysis.blind.recording.markers import bent_m, carded, draw_marks, flung, world_points
-from analysis.blind.recording.picture import blocked, shake_px, tripod_px, twist_rad, twisted
+from analysis.blind.recording.picture import shake_px, tripod_px, twist_rad, twisted
+from analysis.blind.recording.tracker import blocked
 from analysis.blind.recording.views import DISK, MARKERS, draw_views
 from tests.gap.blind.plant.rig import DRIVE, HOST, MEANT, STILL, TIMES, film, pictured, rms
 

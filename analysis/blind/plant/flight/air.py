@@ -41,6 +41,8 @@ def _add_room(time: float, state: Floats, p: PlantParameters, out: Floats) -> No
     Of air that flows past the disk in layers, too slowly for eddies, the drag goes with the power 3/2 of the speed:
     `laminar_m_per_s2` (v / 1 m/s)^(3/2).
 
+    A disk that spins stirs the air around it and drags the more of it along: `churned` |w| v, w its spin.
+
     A fan, of an amplifier or a lamp, blows it past the rig at `fan_m_per_s` towards `fan_rad`: the drag is `fan_per_m`
     |u| u, u the disk's velocity against that.
     A blower that switches itself on and off, on with the recording, pushes the disk by `blower_m_per_s2` towards
@@ -57,6 +59,10 @@ def _add_room(time: float, state: Floats, p: PlantParameters, out: Floats) -> No
         out[VY] -= slowed * vy
     if p.laminar_m_per_s2 != 0.0:
         slowed = p.laminar_m_per_s2 * np.sqrt(np.sqrt(vx**2 + vy**2))
+        out[VX] -= slowed * vx
+        out[VY] -= slowed * vy
+    if p.churned != 0.0:
+        slowed = p.churned * abs(state[SPIN])
         out[VX] -= slowed * vx
         out[VY] -= slowed * vy
     if p.fan_per_m != 0.0:

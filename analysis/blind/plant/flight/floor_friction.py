@@ -11,6 +11,7 @@ from analysis.blind.plant.state import (
     AGED,
     ANGLE,
     APPROACH,
+    AZIMUTH,
     BEAD_X,
     BEAD_Y,
     BLOWS,
@@ -300,6 +301,8 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     Contacts that rest grow stronger: 1 + `aged` times what they have of their strength (`add_age`).
     A blow knocks dust off the wall, which lies under the disk until it has left it behind: 1 + `debris_s_per_m` times
     the blow's approach exp(-s / `DEBRIS_M`), s the way slid since.
+    Dirt lies along one side of the wall, and a blow there leaves some of it under the disk, until the next: 1 +
+    `dirty_side` cos(the last blow's azimuth - `dirty_rad`); before any it is clean on the mean.
     The floor is cleaned with alcohol before one of the runs, and rubs more from then on: 1 + `cleaned`, the run's own.
     Beads of wax roll along with the disk until it goes another way: 1 + `beads` (1 - the share of the way just slid
     that had the slip's direction (`add_beads`)) / 2.
@@ -332,6 +335,8 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     if p.debris_s_per_m != 0.0 and state[COUNT] > 0.5:
         slid = max(state[WAY] - state[WAY_BEFORE], 0.0)
         share *= 1.0 + p.debris_s_per_m * state[APPROACH] * np.exp(-slid / DEBRIS_M)
+    if p.dirty_side != 0.0 and state[COUNT] > 0.5:
+        share *= max(1.0 + p.dirty_side * np.cos(state[AZIMUTH] - p.dirty_rad), 0.0)
     if p.beads != 0.0:
         along = at.slip_x * state[BEAD_X] + at.slip_y * state[BEAD_Y]
         along /= np.sqrt(at.slip_x**2 + at.slip_y**2) + p.smoothing_m_per_s

@@ -72,6 +72,8 @@ def add_films(at: Instant, p: PlantParameters, out: Floats) -> None:
     A film that warms as it is sheared, or is rubbed off, does so ever less in a run and is laid anew before the next:
     by `fading_film_per_s` exp(-t / `fading_film_s`), t the time in the run.
     One that gums up with dust does so more from run to run: by `gummed_per_s`, the run's own.
+    Grease that has crept from the wall lies the thicker the nearer to it: by `crept_film_per_s` (r /
+    `contact_radius_m`)^4, r the way from the Host's centre.
     So does a film of air, which a blow fills as it lifts the disk and whose air is then pressed out: by
     `thin_film_per_s` (1 - exp(-the time since the last blow / `THIN_S`)); before any blow by all of it.
     """
@@ -81,6 +83,9 @@ def add_films(at: Instant, p: PlantParameters, out: Floats) -> None:
         _shear(p.fading_film_per_s * np.exp(-max(at.time, 0.0) / p.fading_film_s), at, p, out)
     if p.gummed_per_s != 0.0:
         _shear(p.gummed_per_s, at, p, out)
+    if p.crept_film_per_s != 0.0:
+        near = (at.x * at.x + at.y * at.y) / p.contact_radius_m**2
+        _shear(p.crept_film_per_s * near**2, at, p, out)
     if p.thin_film_per_s != 0.0:
         late = max(at.time - at.state[IMPACT_S], 0.0)
         left = np.exp(-late / THIN_S) if at.state[COUNT] > 0.5 else 0.0

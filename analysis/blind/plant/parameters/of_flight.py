@@ -144,6 +144,8 @@ class FlightParameters:
     rattled_s_per_m: float = 0.0  # share of the floor friction lost just after a blow, for its approach
     specked: float = 0.0  # floor friction more by this share ...
     specked_share: float = 0.5  # ... of each run: from this share of it on
+    dirty_side: float = 0.0  # floor friction more by this share after a blow at one side of the wall, less opposite ...
+    dirty_rad: float = 0.0  # ... this one
     debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
     beads: float = 0.0  # floor friction more by this share in slips back, against those of the way just slid
     clogged: float = 0.0  # floor friction that rises by twice this share along the way slid, and falls at once ...
@@ -231,12 +233,14 @@ class FlightParameters:
     fading_film_per_s: float = 0.0  # the same of a film of oil that loses its grip in a run, this as it begins ...
     fading_film_s: float = 0.4  # ... and less by two thirds after this
     gummed_per_s: float = 0.0  # of each run: the same of a film that thickens from run to run
+    crept_film_per_s: float = 0.0  # the same at the wall, of grease that has crept from there, none in the middle
     thin_film_per_s: float = 0.0  # the same of a film of air that has thinned since the last blow
     # air
     viscous_per_s: float = 0.0
     air_per_m: float = 0.0
     cubic_s_per_m2: float = 0.0  # drag with the third power of the speed
     laminar_m_per_s2: float = 0.0  # drag with the power 3/2 of the speed, this at 1 m/s
+    churned: float = 0.0  # drag in the room: this times the spin's size
     rail_per_s: float = 0.0  # drag along one direction of the room
     rail_rad: float = 0.0
     sail_per_m: float = 0.0  # drag with the square of the speed across a sail on the disk ...

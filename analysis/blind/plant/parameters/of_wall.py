@@ -262,6 +262,10 @@ class WallParameters:
     picked_up: float = 0.0  # share of the wall friction lost after a long way slid since the impact before
     sloshing: float = 0.0  # wall friction more where the Host is accelerated away from the disk, less opposite, at 8 g
     sintered: float = 0.0  # share of the wall friction lost after a hard blow
+    dithered: float = 0.0  # share of the wall friction lost at the Host's full speed at 8 g, whichever way
+    burnished: float = 0.0  # share of the wall friction lost where many blows have struck the wall
+    contaminated: float = 0.0  # standard deviation of the logarithm of the wall friction from blow to blow
+    static: float = 0.0  # wall friction more by this share of what does not slip
     shaken: float = 0.0  # share of the wall friction lost at 8 g of the Host, whichever way
     moist: float = 0.0  # of each run: wall friction more by this share
     wiped: float = 0.0  # of each run: wall friction more by this share
@@ -283,6 +287,7 @@ class WallParameters:
     rubber: float = 0.0  # tangential restitution more by this share on one side of the wall, with a cosine ...
     rubber_rad: float = 0.0  # ... this one
     worked: float = 0.0  # share of the tangential restitution lost after many blows of a run
+    limp_s: float = 0.0  # share of the tangential restitution lost per rad/s of spin
     gel: float = 0.0  # share of the tangential restitution lost just after the blow before
     shear_set: float = 0.0  # tangential restitution more by this share in slips of the last one's sense, less back
     cured: float = 0.0  # of each run: tangential restitution more by this share

@@ -90,7 +90,7 @@ def remember(
         new[THERE_X], new[THERE_Y] = state[HERE_X], state[HERE_Y]
         new[HERE_X], new[HERE_Y] = blow.middle_x, blow.middle_y
         remember_swing(new, state, blow.time, p)
-        if p.hammered != 0.0 and blow.approach > TOUCH_M_PER_S:
+        if (p.hammered != 0.0 or p.burnished != 0.0) and blow.approach > TOUCH_M_PER_S:
             new[DENTS + struck_sector(blow.azimuth)] += 1.0
         if p.clay_m != 0.0 and blow.outer and blow.approach > KNEADING_M_PER_S:
             new[DENTS + struck_sector(blow.azimuth)] += 1.0

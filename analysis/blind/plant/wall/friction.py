@@ -3,10 +3,11 @@
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, inlined
-from analysis.blind.plant.host import HOST_M_PER_S2
+from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import APPROACH, COUNT, SLIPPED, SPIN, WAY, WAY_BEFORE
+from analysis.blind.plant.state import APPROACH, COUNT, DENTS, SLIPPED, SPIN, WAY, WAY_BEFORE
 from analysis.blind.plant.wall.blow import Blow
+from analysis.blind.plant.wall.restitution import struck_sector
 
 TACKY_RAD = 0.35  # of the wall's azimuth
 SCALE_M_PER_S = 0.3  # slip from which on a blow lifts scales or lays them over
@@ -18,6 +19,7 @@ FLASH_M2_PER_S2 = 0.3  # approach times slip at which most of what may melt has 
 WIPED_S = 0.025  # in which oil creeps back onto a rim that a blow has wiped
 THICK_M_PER_S = 0.4  # slip at which a wall's grease that thickens holds what it does on the mean
 RATE_M_PER_S, SLOWEST_M_PER_S = 0.4, 0.02  # slip at which a wall's friction is what it is; below which it rises no more
+BURNISHED_BLOWS = 1.0  # at one place of the wall, after which it is smooth there by two thirds
 WORKED_BLOWS = 3.0  # after which rubber is worked soft by two thirds
 HERTZ_M_PER_S = 0.4  # approach at which a wall's friction is what it is
 HERTZ_MOST = 2.0  # third root of how much lighter a blow may be and still change it
@@ -39,11 +41,11 @@ TAPE_EDGE = 0.2  # of the cosine around the rim, within which one half of it goe
 @inlined
 def wall_friction(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """The coefficient with every cause that acts on it; `state`: the disk's as the blow begins."""
-    return p.wall_friction * _by_place(blow, p) * _by_the_way_it_slips(blow, state, p) * _by_time(blow, state, p)
+    return p.wall_friction * _by_place(blow, state, p) * _by_the_way_it_slips(blow, state, p) * _by_time(blow, state, p)
 
 
 @inlined
-def _by_place(blow: Blow, p: PlantParameters) -> float:
+def _by_place(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """By the place on the wall, with a tacky spot, and on the disk's rim.
 
     The markers' glue has run over one side of the rim: 1 + `glued` cos(rim - `glued_rad`).
@@ -53,6 +55,8 @@ def _by_place(blow: Blow, p: PlantParameters) -> float:
     Grease lies along one sector of the wall: times 1 - `sector` within `sector_half_rad` of `sector_rad`.
     A washer's burr was ground off at one place of its rim: 1 - `ground`, less and less to either side of `ground_rad`
     like a bell of `GROUND_RAD`.
+    Each blow of a run burnishes the wall where it strikes, which is roughened before the next run: 1 - `burnished` (1 -
+    exp(-n / `BURNISHED_BLOWS`)), n the harder blows before in the wall's sector.
     Years of blows have worn the wall smooth at both ends of the drive's axis, x: 1 - `worn_ends` cos 2 azimuth.
     """
     share = 1.0 + p.wall_friction_amplitude * np.cos(p.wall_friction_lobes * (blow.azimuth - p.wall_friction_phase_rad))
@@ -71,6 +75,9 @@ def _by_place(blow: Blow, p: PlantParameters) -> float:
         off = blow.rim_rad - p.ground_rad
         smooth = p.ground * np.exp(-0.5 * (np.arctan2(np.sin(off), np.cos(off)) / GROUND_RAD) ** 2)
         share *= max(1.0 - smooth, LEAST_FRICTION)
+    if p.burnished != 0.0:
+        blows = state[DENTS + struck_sector(blow.azimuth)]
+        share *= max(1.0 - p.burnished * (1.0 - np.exp(-blows / BURNISHED_BLOWS)), LEAST_FRICTION)
     if p.worn_ends != 0.0:
         share *= max(1.0 - p.worn_ends * np.cos(2.0 * blow.azimuth), LEAST_FRICTION)
     return share
@@ -103,6 +110,10 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     one with running side: 1 + `side` 2 t w / (t^2 + w^2), t the speed of its middle along the wall, w that of its rim.
     Powder on the wall is shaken up as the Host is accelerated, whichever way, and carries the disk like a fluid: 1 -
     `shaken` (the size of the Host's acceleration / `HOST_M_PER_S2`).
+    The balls of its guide rattle the faster the Host moves, and what is rattled slips more easily: 1 - `dithered` (its
+    speed / `HOST_M_PER_S`).
+    A wall that is not clean holds otherwise at each blow: e to `contaminated` z - `contaminated`^2 / 2, z standard
+    normal; its mean is 1.
     """
     share = 1.0 + p.handed * (1.0 if blow.slip > 0.0 else -1.0)
     share *= 1.0 - p.greased * (1.0 - np.exp(-abs(blow.slip) / p.greased_m_per_s))
@@ -139,6 +150,11 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.shaken != 0.0:
         size = np.sqrt(blow.host_acceleration[0] ** 2 + blow.host_acceleration[1] ** 2) / HOST_M_PER_S2
         share *= max(1.0 - p.shaken * size, LEAST_FRICTION)
+    if p.dithered != 0.0:
+        speed = np.sqrt(blow.host_velocity[0] ** 2 + blow.host_velocity[1] ** 2) / HOST_M_PER_S
+        share *= max(1.0 - p.dithered * speed, LEAST_FRICTION)
+    if p.contaminated != 0.0:
+        share *= np.exp(p.contaminated * blow.other_chance - 0.5 * p.contaminated**2)
     if p.flash != 0.0:
         melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
         share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
@@ -203,6 +219,8 @@ def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> flo
     for what would give back more than `MOST_RETURN`.
     Rubber that has rested before a run is worked soft by its blows: 1 - `worked` (1 - exp(-n / `WORKED_BLOWS`)), n the
     blows before.
+    A soft rim that spins fast has no time to creep back between blows, and returns less: 1 - `limp_s` |w|, w the spin
+    as the blow begins.
     A gel that the blow before has sheared is not back yet, and returns less: 1 - `gel` exp(-since / `GEL_S`).
     A liner of rubber keeps the set of its last shear, is stretched by a blow that goes on in its sense and goes slack
     in one that comes back: 1 + `shear_set` tanh(slip / `SHEAR_M_PER_S`) tanh(the last blow's slip / `SHEAR_M_PER_S`),
@@ -242,6 +260,8 @@ def tangential_restitution(blow: Blow, state: Floats, p: PlantParameters) -> flo
         value = max(min(value * share, max(value, MOST_RETURN)), 0.0)
     if p.gel != 0.0:
         value *= max(1.0 - p.gel * np.exp(-max(blow.since_s, 0.0) / GEL_S), 0.0)
+    if p.limp_s != 0.0:
+        value *= max(1.0 - p.limp_s * abs(state[SPIN]), 0.0)
     if p.lay == 0.0:
         return value
     return max(min(value * (1.0 + p.lay * np.tanh(blow.slip / LAY_M_PER_S)), max(value, MOST_RETURN)), 0.0)

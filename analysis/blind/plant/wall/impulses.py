@@ -18,12 +18,13 @@ def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tu
 
     A wall with a film of oil drags with the slip, whatever the blow presses: for the share `wet_wall` the impulse along
     the tangent is -`WET_DRAG` slip in place of Coulomb's.
+    Friction of rest is more than of sliding: what needs no more than 1 + `static` of the wall's friction sticks.
     """
     w_nn, w_tt, w_nt = _compliance(blow, bounce, p)
     change_n = -(1.0 + restitution(blow, state, p) * bounce) * blow.approach
     change_t = -(1.0 + tangential_restitution(blow, state, p) * bounce) * (blow.slip - p.teeth_m_per_s * bounce)
     mu, glue = wall_friction(blow, state, p), p.cohesion_m_per_s * bounce
-    push_n, push_t = _cut(change_n, change_t, blow.slip, mu, glue, w_nn, w_tt, w_nt)
+    push_n, push_t = _cut(change_n, change_t, blow.slip, mu, p.static * bounce, glue, w_nn, w_tt, w_nt)
     if bounce > 0.0 and p.wet_wall != 0.0:
         wet = min(p.wet_wall, 1.0)
         push_t = (1.0 - wet) * push_t - wet * WET_DRAG * blow.slip
@@ -70,14 +71,23 @@ def _pivoted(blow: Blow, p: PlantParameters) -> tuple[float, float, float]:
 
 @inlined
 def _cut(
-    change_n: float, change_t: float, slip: float, mu: float, glue: float, w_nn: float, w_tt: float, w_nt: float
+    change_n: float,
+    change_t: float,
+    slip: float,
+    mu: float,
+    static: float,
+    glue: float,
+    w_nn: float,
+    w_tt: float,
+    w_nt: float,
 ) -> tuple[float, float]:
     """Normal and tangential impulse per unit mass of a contact of compliances w that change its velocity as asked for;
-    the tangential one is cut at mu times the normal one and `glue`."""
+    the tangential one is cut at mu times the normal one and `glue`, where it is more than that and the share `static`
+    of the former."""
     determinant = w_nn * w_tt - w_nt**2
     push_n = (w_tt * change_n - w_nt * change_t) / determinant
     push_t = (w_nn * change_t - w_nt * change_n) / determinant
-    if abs(push_t) > mu * abs(push_n) + glue:
+    if abs(push_t) > (1.0 + static) * mu * abs(push_n) + glue:
         sign = -1.0 if slip > 0.0 else 1.0
         push_n = (change_n - sign * glue * w_nt) / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
         push_t = sign * (mu * abs(push_n) + glue)

@@ -346,6 +346,18 @@ ORDERS = {
     "unknown_worked_rubber": ("twist", 4.8),
     "unknown_shearing_glue": ("pixels", 0.76),
     "unknown_long_shutter": ("pixels", 1.0),
+    "unknown_crept_grease": ("force and torque", 0.12),
+    "unknown_churned_air": ("force", 0.029),
+    "unknown_dirty_side": ("friction", 0.46),
+    "unknown_static_friction": ("kick", 0.085),
+    "unknown_limp_rim": ("twist", 1.0),
+    "unknown_contaminated_wall": ("kick", 0.086),
+    "unknown_burnished_wall": ("kick", 0.11),
+    "unknown_dithered_wall": ("kick", 0.081),
+    "unknown_clicked_templates": ("pixels", 0.78),
+    "unknown_hopping_labels": ("pixels", 8.6),
+    "unknown_dead_band": ("pixels", 0.72),
+    "unknown_guessing_tracker": ("pixels", 0.75),
 }
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
@@ -378,6 +390,7 @@ OWN = {
     "unknown_heated_washer": ("heat",),
     "unknown_hammered_liner": tuple(f"dents_{sector}" for sector in range(SECTORS)),
     "unknown_round_contact": ("x", "y", "angle"),
+    "unknown_burnished_wall": tuple(f"dents_{sector}" for sector in range(SECTORS)),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -410,6 +423,7 @@ CAMERA = {
     "unknown_fitted_lens": "VW2",
     "unknown_longer_lens": "VW1",
     "unknown_tilted_sensor": "VW2",
+    "unknown_hopping_labels": "VW2",
 }
 OF_THE_DISK = (
     "unknown_glare",
@@ -432,6 +446,8 @@ OF_THE_DISK = (
     "unknown_scaled_print",
     "unknown_shearing_glue",
     "unknown_long_shutter",
+    "unknown_hopping_labels",
+    "unknown_guessing_tracker",
 )
 # Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
 AS_BEFORE = {
@@ -546,5 +562,13 @@ AS_BEFORE = {
         "unknown_image_charge",
         "restitution_drift+unknown_warm_updraught",
         "camera_clock_offset+unknown_caught_speck",
+    ],
+    "envisaged": [
+        "plane_tilt+unknown_dead_band",
+        "unknown_hopping_labels",
+        "unknown_guessing_tracker",
+        "unknown_static_friction",
+        "restitution_drift+unknown_dirty_side",
+        "camera_clock_offset+unknown_churned_air",
     ],
 }

@@ -10,7 +10,8 @@ from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.markers import risen
-from analysis.blind.recording.picture import by_the_first_camera, shaking_of, smoothed
+from analysis.blind.recording.picture import by_the_first_camera, shaking_of
+from analysis.blind.recording.tracker import smoothed
 from analysis.blind.recording.views import draw_views
 from tests.gap.blind.plant.rig import (
     BARE,

@@ -15,7 +15,8 @@ from analysis.blind.plant.state import DENTS, SECTORS
 from analysis.blind.plant.wall.contact import contact_velocity, wall_gap
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.markers import draw_marks, leaning, papered
-from analysis.blind.recording.picture import rounded, unfocused
+from analysis.blind.recording.picture import unfocused
+from analysis.blind.recording.tracker import rounded
 from analysis.blind.recording.views import draw_views
 from tests.gap.blind.plant.rig import (
     BARE,
