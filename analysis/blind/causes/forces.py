@@ -365,7 +365,7 @@ FORCES = [
     Cause(
         "unknown_churned_air",
         "flight",
-        changes({"churned": 0.0008}),
+        changes({"churned": 0.0014}),
         follows="the velocity in the room, times the size of the spin",
     ),
     # A blower that switches itself on and off.

@@ -347,7 +347,7 @@ ORDERS = {
     "unknown_shearing_glue": ("pixels", 0.76),
     "unknown_long_shutter": ("pixels", 1.0),
     "unknown_crept_grease": ("force and torque", 0.12),
-    "unknown_churned_air": ("force", 0.029),
+    "unknown_churned_air": ("force", 0.051),
     "unknown_dirty_side": ("friction", 0.46),
     "unknown_static_friction": ("kick", 0.085),
     "unknown_limp_rim": ("twist", 1.0),
