@@ -10,7 +10,7 @@ import numpy as np
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.effects import EFFECTS
-from ovines.core.laws.terms import MOST_TERMS, Factor, Term, WrittenLaw
+from ovines.core.laws.terms import MOST_TERMS, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
 from ovines.law_file import read_law
@@ -20,7 +20,7 @@ from ovines.recording_schema import Nominal
 #: relative change of friction from run to run: a term of the series, no parameter of a flight
 DRIFT_OF_RUN = "drift_run"
 #: effects of the flights whose sizes become such terms
-STATED_IN_FLIGHT = ("spin_coupling", "viscous_drag", "air_drag", "table_tilt", "vertical_motion", "friction_drift")
+STATED_IN_FLIGHT = ("spin_coupling", *(name for name, effect in EFFECTS.items() if effect.in_flights is not None))
 
 
 def stated_sizes(model: Nominal | None) -> dict[str, dict[str, float]]:
@@ -44,23 +44,24 @@ def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[floa
 
     ``starts_s``: times of the runs' first frames in the rig's frame, which counts from their middles."""
     sizes = stated_sizes(model)
-    per_s, per_m, acceleration = (frame.factor(f"x_{unit}") for unit in ("per_s", "per_m", "m_per_s2"))
     terms: dict[str, float] = {}
     if "spin_coupling" in sizes:
         terms["coupling"] = sizes["spin_coupling"]["coupling"]
-    if "viscous_drag" in sizes:
-        terms["viscous"] = sizes["viscous_drag"]["rate_per_s"] / per_s
-    if "air_drag" in sizes:
-        terms["air"] = sizes["air_drag"]["rate_per_m"] / per_m
+    for name, given in sizes.items():
+        own = EFFECTS[name].in_flights
+        if own is None:
+            continue
+        if own.named_at:
+            terms[own.names[0]] = own.named_at  # a share of what was measured, whose size is that of the motion itself
+        elif own.parameter:
+            terms[own.names[0]] = given[own.parameter] / frame.factor(own.parameter)
     if "table_tilt" in sizes:
-        pull = GRAVITY_M_PER_S2 * sizes["table_tilt"]["tilt_rad"] / acceleration
+        pull = GRAVITY_M_PER_S2 * sizes["table_tilt"]["tilt_rad"] / frame.factor("x_m_per_s2")
         direction = sizes["table_tilt"]["direction_rad"] - frame.turn_rad
         terms |= {"tilt_x": pull * float(np.cos(direction)), "tilt_y": pull * float(np.sin(direction))}
-    if "vertical_motion" in sizes:
-        terms["load"] = 1.0  # of the Host's measured z'', whose amplitude is that of the motion itself
     if "friction_drift" in sizes:
         # Told about the run's start and the first run, fitted about their middles.
-        a = sizes["friction_drift"]["relative_per_s"] / per_s
+        a = terms["drift"]
         b = sizes["friction_drift"]["relative_per_run"]
         middle_s, later = _middle(starts_s)
         terms |= {"drift": a / (1 + a * middle_s), DRIFT_OF_RUN: b / (1 + b * later)}
@@ -103,13 +104,8 @@ def _written(recordings: Sequence[Recording], more: Sequence[Path]) -> list[Writ
 
 
 def effects_as_laws(model: Nominal | None) -> list[WrittenLaw]:
-    """Laws of the flights that stand for effects to which ``[model.effect_parameters]`` gives sizes: a disk that rocks
-    after each impact."""
-    rocking = stated_sizes(model).get("nes_rocking")
-    if rocking is None:
-        return []
-    since = Factor("since", "exponential", 1.0, rocking["decay_s"])
-    return [WrittenLaw((Term("floor_friction", rocking["relative"], (since,)),))]
+    """Effects that are laws to which ``[model.effect_parameters]`` gives sizes, as these."""
+    return [EFFECTS[name].law(sizes) for name, sizes in stated_sizes(model).items() if EFFECTS[name].by_law]
 
 
 def drift_from_the_start(

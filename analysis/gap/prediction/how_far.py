@@ -29,6 +29,7 @@ from analysis.gap.selection.impacts.fit import ImpactFit, wall_prior
 from analysis.gap.selection.impacts.floor import impact_floor
 from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.outlines import ELLIPSE_TERMS
+from ovines.core.effects import is_law
 
 Array = NDArray[np.float64]
 #: terms of the wall that an effect stands for; a contact that lasts adds a column of its own
@@ -165,7 +166,8 @@ def _impacts(
 
     ahead = sums(after, predict.predicted_impacts(after, terms))
     steps["with_effect"]["impact"] = ahead
-    plain = after if any(c.effect in RESTITUTION_EFFECTS for c in causes) else before
+    as_law = [c.effect for c in causes if c.stage == "impact" and is_law(c.effect)]
+    plain = after if any(c.effect in RESTITUTION_EFFECTS for c in causes) and not as_law else before
     lasts = any(c.effect == "finite_contact_time" for c in causes)
     # A contact that lasts has a law of its own along the wall.
     instant = replace(plain, lasting=None) if lasts else plain
@@ -181,6 +183,10 @@ def _impacts(
         elif cause.effect == "inertia_error" and ladder.inertia.held_out is not None:
             by_effect[cause.effect] = ladder.inertia.held_out
             steps["recalibrated"]["impact"] = steps["recalibrated"]["impact"] + ladder.inertia.held_out
+    others = [by_effect[c.effect] for c in causes if c.effect in by_effect and shows_in(c, "impact")]
+    rest = steps["recalibrated"]["impact"] - ahead - np.sum(others or [np.zeros(len(ahead))], 0)
+    # Laws by name are taken out of the impacts together.
+    by_effect |= {effect: rest / len(as_law) for effect in as_law}
 
 
 def _walls(
