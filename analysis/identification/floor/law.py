@@ -52,6 +52,8 @@ UNCOUPLED_WORDS = (
 # give 25 by chance once in thirty thousand series.
 ANOTHER_TERM = 40.0
 MOST_ADDED = 3
+# Effects that only take energy: one that would push is not taken up.
+DRAGS = [name for name, effect in EFFECTS.items() if effect.in_flights is not None and effect.in_flights.drags]
 # What else may bend a flight: each is taken up where the flights of all runs leave no doubt, and named.
 CANDIDATES: dict[str, tuple[str, ...]] = {**TERMS_OF, "a force towards the Host's centre": ("centre_host",)}
 # The same where an unknown force is certain: known forms of it, which the diagnosis would look into.
@@ -135,13 +137,18 @@ def _with_terms(
     """``floor`` with those of :data:`CANDIDATES` (and :data:`FORMS`) that its flights need beyond doubt, and a note on
     each.
     """
-    notes = []
-    for _ in range(MOST_ADDED):
-        added = _needed_term(floor)
+    notes, pushing = list[str](), set[str]()
+    while len(notes) < MOST_ADDED:
+        known = CANDIDATES | FORMS if floor.noise.sure > SURE_FORCE else CANDIDATES
+        sought = {name: terms for name, terms in known.items() if name not in pushing}
+        added = _needed_term(floor, sought)
         if added is None:
             break
-        terms = (CANDIDATES | FORMS)[added]
+        terms = sought[added]
         richer = fit_floor(runs, [*floor.names, *terms], held, floor)
+        if added in DRAGS and richer.estimate[richer.names.index(terms[0])] < 0.0:
+            pushing.add(added)
+            continue
         if not _confirmed(richer, terms):
             break
         floor = richer
@@ -164,12 +171,12 @@ def _cost(floor: FloorFit, judge: FloorFit) -> float:
     return refined(rows, best, cost, priors[number])[1]
 
 
-def _needed_term(floor: FloorFit) -> str | None:
-    """The candidate that raises the likelihood most (linearised), where that is beyond doubt; None where none does.
+def _needed_term(floor: FloorFit, sought: Mapping[str, tuple[str, ...]]) -> str | None:
+    """The one of the candidates ``sought`` that raises the likelihood most (linearised), where that is beyond doubt;
+    None where none does.
 
     Each candidate is held against the model without it, both with the unknown force and the lens residual that they
     leave: the terms of a lens residual make as good a tilt of a short run."""
-    sought = CANDIDATES | FORMS if floor.noise.sure > SURE_FORCE else CANDIDATES
     candidates = {name: terms for name, terms in sought.items() if not set(terms) & set(floor.names)}
     for term, (effect, _) in NAMED_AT.items():
         if effect in candidates and floor.fits[0].parameters[INDEX[term]] != 0.0:
