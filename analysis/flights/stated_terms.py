@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.effects import EFFECTS
-from ovines.core.laws.terms import MOST_TERMS, WrittenLaw
+from ovines.core.laws.terms import MOST_TERMS, Term, WrittenLaw, rows_of
 from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
 from ovines.law_file import read_law
@@ -69,14 +72,41 @@ def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[floa
 
 
 def held_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> list[WrittenLaw]:
-    """The laws of flights and impacts that the nominal model of all ``recordings`` holds, in the world: of effects that
-    act as one, of ``[model] laws``, and of the files ``more``; `InputError` for one of the wall, which only the
-    simulator holds, and for more terms than the flights' model has parameters for."""
+    """The laws of flights, impacts and the wall that the nominal model of all ``recordings`` holds, in the world: of
+    effects that act as one, of ``[model] laws``, and of the files ``more``; `InputError` for one of a wall that is not
+    round or that follows more than the azimuth, and for more terms than the flights' model has parameters for."""
     laws = [law for law in _written(recordings, more) if law.stage != "measurement"]
     laws = [*effects_as_laws(recordings[0].model), *laws]
-    if sum(len(law.terms) for law in laws) > MOST_TERMS:
+    if count_of(laws) > MOST_TERMS:
         raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
+    host = recordings[0].settings.bodies.host
+    if of_wall(laws) and host is not None and host.polygon_m is not None:
+        raise InputError("a law of the contact radius, and flat walls", "a round wall", "leave the law out")
     return laws
+
+
+def of_wall(laws: Sequence[WrittenLaw]) -> list[Term]:
+    """The terms that are the wall's."""
+    return [term for law in laws if law.stage == "geometry" for term in law.terms]
+
+
+def count_of(laws: Sequence[WrittenLaw]) -> int:
+    """How many terms of them flights and impacts hold; the wall's are part of the wall."""
+    return sum(len(law.terms) for law in laws if law.stage != "geometry")
+
+
+def holding(runs: Sequence[Run], laws: Sequence[WrittenLaw], frame: RigFrame) -> list[Run]:
+    """``runs``, in the rig's own units, that hold the ``laws`` of the world, to which ``frame`` leads: flights and
+    impacts their terms, in the place of those that they had, and the wall its own, beside what it has."""
+    rows = rows_of([term for law in laws if law.stage != "geometry" for term in frame.law(law).terms])
+    wall = rows_of([term for law in laws if law.stage == "geometry" for term in frame.law(law).terms])
+
+    def held(run: RunData) -> RunData:
+        return replace(
+            run, law=rows if len(rows) else run.law, stated=run.wall.holding(wall) if len(wall) else run.stated
+        )
+
+    return [replace(run, data=held(run.data)) for run in runs]
 
 
 def measurement_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> list[WrittenLaw]:
@@ -96,9 +126,11 @@ def _written(recordings: Sequence[Recording], more: Sequence[Path]) -> list[Writ
     paths = [*(recordings[0].folder / name for name in stated[0]), *more]
     laws = [read_law(path) for path in paths]
     for path, law in zip(paths, laws, strict=True):
-        if law.stage == "geometry":
+        if any([factor.quantity for factor in term.factors] != ["azimuth"] for term in of_wall([law])):
             raise InputError(
-                f"{path}: a law of the wall", "laws of flights and impacts", "use it with ovines simulate only"
+                f"{path}: a law of the wall that follows more than the azimuth",
+                "a wall that stands still in the Host",
+                "leave it out",
             )
     return laws
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from analysis.contact.effect_rows import Sized, told_effects
 from analysis.flights.cutting.runs import prepare
 from analysis.flights.equation.parameters import INDEX
+from analysis.flights.stated_terms import count_of
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.series import Series
@@ -76,7 +77,7 @@ def estimated(ladder: Ladder, laws: Sequence[WrittenLaw]) -> tuple[Estimates, La
     better = improved(ladder, model)
     named = [EFFECTS[c.effect].law(better.effect_parameters[c.effect]) for c in ladder.causes if is_law(c.effect)]
     held = [*given, *named, *(law for law in laws if law.stage == "flight")]
-    if sum(len(law.terms) for law in held) > MOST_TERMS:
+    if count_of(held) > MOST_TERMS:
         held = list(given)
     joint = _joint(ladder.series, better, held)
     causes = tuple(_sized(cause, joint, ladder.series) for cause in ladder.causes)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.contact.restitution import RESTITUTION_EFFECTS
+from analysis.flights.cutting.run_data import RunData
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder, with_contacts_of, with_held_law
 from analysis.gap.laws.dictionary.candidate import named_numbers
@@ -92,8 +93,8 @@ def with_named_contact_law(
     rng: np.random.Generator,
     withheld: frozenset[str] = frozenset(),
 ) -> tuple[Ladder, FlightFit]:
-    """The ladder from whose impacts, between ``flights``, the ``named`` part of a law is taken out, what they tell
-    beside it asked anew, and these flights with it."""
+    """The ladder from whose impacts, between ``flights``, the ``named`` part of a law is taken out, or whose wall has
+    it, what they tell beside it asked anew, and these flights with it."""
     flights, cause, nominal = _holding(flights, named), _cause(ladder, law, named), ladder.impacts.nominal
     ladder = with_contacts_of(ladder, flights, rng, withheld)
     ladder = replace(
@@ -106,10 +107,15 @@ def with_named_contact_law(
 
 
 def _holding(flights: FlightFit, named: NamedPart) -> FlightFit:
-    """The fit whose runs hold terms of impacts, which no flight feels."""
+    """The fit whose runs hold terms of impacts or of the wall, which no flight feels."""
     rows = rows_of(named.terms)
-    fits = tuple(replace(one, run=replace(one.run, law=np.vstack([one.run.law, rows]))) for one in flights.fits)
-    return replace(flights, fits=fits)
+
+    def held(run: RunData) -> RunData:
+        if named.effect.stage == "geometry":
+            return replace(run, stated=run.wall.holding(rows))
+        return replace(run, law=np.vstack([run.law, rows]))
+
+    return replace(flights, fits=tuple(replace(one, run=held(one.run)) for one in flights.fits))
 
 
 def _cause(ladder: Ladder, law: LawFound, named: NamedPart) -> Cause:

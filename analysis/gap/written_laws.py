@@ -28,7 +28,7 @@ from analysis.gap.laws.impact_law import (
 from analysis.gap.laws.instead.flights import flight_law_beyond, flight_law_instead
 from analysis.gap.laws.instead.impacts import restitution_law_instead, without_effects
 from analysis.gap.laws.instead.wall import is_lasting, wall_law_instead
-from analysis.gap.named_laws import effect_of_restitution, named_part, with_named_contact_law, with_named_law
+from analysis.gap.named_laws import NamedPart, effect_of_restitution, named_part, with_named_contact_law, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit
@@ -73,13 +73,21 @@ def write_laws(
         ladder = with_contacts_of(ladder, flights, rng, withheld, (name,))
         found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng, withheld)
     ladder = _with_structure(ladder, unprompted)
-    part = None if found == [] or found[0] is None else named_part(found[0], withheld)
-    if part is not None and found[0] is not None:
-        ladder, flights = with_named_contact_law(ladder, found[0], part, flights, rng, withheld)
+    known = withheld
+    while (part := _named_contact_part(found, known)) is not None:
+        law, named = part
+        ladder, flights = with_named_contact_law(ladder, law, named, flights, rng, withheld)
+        known = known.union({named.effect.name})
         found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng, withheld)
         ladder = _with_structure(ladder, unprompted)
     laws += found
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
+
+
+def _named_contact_part(found: Sequence[LawFound | None], known: frozenset[str]) -> tuple[LawFound, NamedPart] | None:
+    """A law of impacts or wall that is an effect of the library, or holds one that is not ``known``, and that."""
+    parts = ((law, named_part(law, known)) for law in found if law is not None and law.closed > LAW_LEAST_CLOSED)
+    return next(((law, part) for law, part in parts if part is not None), None)
 
 
 def _with_structure(ladder: Ladder, more: Sequence[Structure]) -> Ladder:
