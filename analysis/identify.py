@@ -13,7 +13,15 @@ import pandas as pd
 from analysis.contact.restitution import rig_sizes
 from analysis.flights.cutting.runs import Run, prepare
 from analysis.flights.equation.parameters import LAW_TERMS
-from analysis.flights.stated_terms import DRIFT_OF_RUN, held_laws, measurement_laws, stated_sizes, stated_terms
+from analysis.flights.stated_terms import (
+    DRIFT_OF_RUN,
+    count_of,
+    held_laws,
+    holding,
+    measurement_laws,
+    stated_sizes,
+    stated_terms,
+)
 from analysis.identification.bounce_search import find_sequences
 from analysis.identification.bounce_sequences import Merged, accepted, merge
 from analysis.identification.contact_law.interval import Interval
@@ -23,7 +31,7 @@ from analysis.identification.parameters import identification_table, law_interva
 from analysis.identification.tables import flights_table, impacts_table
 from analysis.motion.rig_frame import RigFrame, rig_frame
 from analysis.walls.drawn import stated_wall
-from ovines.core.laws.terms import WrittenLaw, rows_of
+from ovines.core.laws.terms import WrittenLaw
 from ovines.recording import Recording
 from ovines.recording_schema import Nominal
 from ovines.tables import checked
@@ -130,15 +138,14 @@ def identify_runs(
     # Friction that changes from run to run is told about the middle one.
     shares = 1 + stated.get(DRIFT_OF_RUN, 0.0) * (np.arange(len(runs)) - 0.5 * (len(runs) - 1))
     middles_s = np.array([-run.data.start_s for run in runs])
-    held = rows_of([term for law in laws for term in frame.law(law).terms])
-    stated |= dict.fromkeys(LAW_TERMS[: len(held)], 1.0)
+    runs = holding(runs, laws, frame)
+    stated |= dict.fromkeys(LAW_TERMS[: count_of(laws)], 1.0)
     inertia = stated_sizes(model).get("inertia_error", {}).get("ratio", 1.0)
     runs = [
         replace(
             run,
             data=replace(
                 run.data,
-                law=held if len(held) else run.data.law,
                 friction_share=float(share),
                 later_s=float(middle_s - middles_s.mean()),
                 inertia_factor=inertia * run.data.inertia_factor,

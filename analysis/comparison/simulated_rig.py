@@ -20,7 +20,7 @@ from analysis.walls.drawn import identified_wall
 from analysis.walls.outlines import Ring, Sides
 from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, MeasuredMotion, Nes, Scenario
-from ovines.core.effects import EFFECTS
+from ovines.core.effects import EFFECTS, is_law
 from ovines.core.laws.terms import WrittenLaw
 from ovines.errors import InputError
 from ovines.recording import Recording
@@ -28,9 +28,9 @@ from ovines.recording import Recording
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z", "rotation")
 Laws = tuple[WrittenLaw, ...]
-# Effects that the scenario has by itself: friction, whatever is in the Host's measured motion, and what is held as a
-# law, which knows of the impact before a flight; a recording's errors of measurement are no part of the motion.
-HERE_ALREADY = {"floor_friction", "vertical_motion", "nes_rocking"} | {
+# Effects that the scenario has by itself: friction, and whatever is in the Host's measured motion; a recording's errors
+# of measurement are no part of the motion.
+HERE_ALREADY = {"floor_friction", "vertical_motion"} | {
     name for name, effect in EFFECTS.items() if effect.stage in ("measurement", "drive")
 }
 # Weight of the Host's frames, all alike: its path does not depend on it, only whether it counts as moving.
@@ -87,7 +87,8 @@ def nominal_scenario(
         max(duration_s, 1e-3),
         friction,
         sample_rate_hz=0.0,
-        effects={name: one for name, one in sizes.items() if name not in HERE_ALREADY},
+        # What is held as a law knows of the impact before a flight.
+        effects={name: one for name, one in sizes.items() if name not in HERE_ALREADY and not is_law(name)},
         laws=laws,
     )
 

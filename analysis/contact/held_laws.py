@@ -19,17 +19,18 @@ from ovines.core.laws.targets import TARGETS
 Array = NDArray[np.float64]
 # A contact law is fitted to so many impacts.
 FEWEST = 4
+#: what laws of the impacts act on, by the codes of compiled code
+OF_IMPACTS = {name: target.code for name, target in TARGETS.items() if target.stage == "impact"}
 
 
 def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]) -> LawData:
     """``data`` as it would be without the laws that the runs hold: each number of the contact law less what a law adds
     to it there."""
     rows = fits[0].run.law
-    impact = {name: TARGETS[name].code for name in TARGETS if TARGETS[name].stage == "impact"}
-    if len(data) < FEWEST or not np.isin(rows[:, W.TARGET], list(impact.values())).any():
+    if len(data) < FEWEST or not np.isin(rows[:, W.TARGET], list(OF_IMPACTS.values())).any():
         return data
-    known = known_at_impacts(data, junctions, fits)
-    added = {name: np.array([law_of(code, rows, one) for one in known]) for name, code in impact.items()}
+    each = [added_by(rows, one) for one in known_at_impacts(data, junctions, fits)]
+    added = {name: np.array([one[name] for one in each]) for name in OF_IMPACTS}
     q = data.inertia_factor
     radius_m = junctions.radius_m
     turned = added["spin_kept"] * (radius_m * data.spin + data.tangential_impulse / q) + added["spin_added"] * radius_m
@@ -45,6 +46,12 @@ def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]
     slid = added["wall_friction"] * np.sign(stick_impulse(data, law.tangential_restitution)) * data.normal_impulse
     stuck = -added["tangential_restitution"] * data.slip / data.mobility
     return replace(data, tangential_impulse=data.tangential_impulse - np.where(stick, stuck, slid))
+
+
+def added_by(rows: Array, known: Array | None) -> dict[str, float]:
+    """What laws of packed ``rows`` (T, ROW_SIZE) add to each number of the contact law where they know ``known``
+    (KNOWN_SIZE,); nothing at an impact of which that is not known."""
+    return {name: 0.0 if known is None else float(law_of(code, rows, known)) for name, code in OF_IMPACTS.items()}
 
 
 def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]) -> Array:

@@ -78,6 +78,11 @@ class LawData:
         return len(self.before)
 
     @property
+    def by_laws(self) -> Array:
+        """Normal impulse (K,) by written laws that ``after`` is without: those of a restitution that the runs hold."""
+        return np.asarray(self.normal_impulse - self.before - self.after, float)
+
+    @property
     def mobility(self) -> Array:
         """Tangential speed of the contact point that a tangential impulse per mass gives (K,): 1 + 1/q of a disk."""
         if self.levers is None:

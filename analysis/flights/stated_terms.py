@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.effects import EFFECTS
-from ovines.core.laws.terms import MOST_TERMS, Factor, Term, WrittenLaw
+from ovines.core.laws.terms import MOST_TERMS, Term, WrittenLaw, rows_of
 from ovines.core.refusal import ScenarioError
 from ovines.errors import InputError
 from ovines.law_file import read_law
@@ -20,7 +23,7 @@ from ovines.recording_schema import Nominal
 #: relative change of friction from run to run: a term of the series, no parameter of a flight
 DRIFT_OF_RUN = "drift_run"
 #: effects of the flights whose sizes become such terms
-STATED_IN_FLIGHT = ("spin_coupling", "viscous_drag", "air_drag", "table_tilt", "vertical_motion", "friction_drift")
+STATED_IN_FLIGHT = ("spin_coupling", *(name for name, effect in EFFECTS.items() if effect.in_flights is not None))
 
 
 def stated_sizes(model: Nominal | None) -> dict[str, dict[str, float]]:
@@ -44,23 +47,24 @@ def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[floa
 
     ``starts_s``: times of the runs' first frames in the rig's frame, which counts from their middles."""
     sizes = stated_sizes(model)
-    per_s, per_m, acceleration = (frame.factor(f"x_{unit}") for unit in ("per_s", "per_m", "m_per_s2"))
     terms: dict[str, float] = {}
     if "spin_coupling" in sizes:
         terms["coupling"] = sizes["spin_coupling"]["coupling"]
-    if "viscous_drag" in sizes:
-        terms["viscous"] = sizes["viscous_drag"]["rate_per_s"] / per_s
-    if "air_drag" in sizes:
-        terms["air"] = sizes["air_drag"]["rate_per_m"] / per_m
+    for name, given in sizes.items():
+        own = EFFECTS[name].in_flights
+        if own is None:
+            continue
+        if own.named_at:
+            terms[own.names[0]] = own.named_at  # a share of what was measured, whose size is that of the motion itself
+        elif own.parameter:
+            terms[own.names[0]] = given[own.parameter] / frame.factor(own.parameter)
     if "table_tilt" in sizes:
-        pull = GRAVITY_M_PER_S2 * sizes["table_tilt"]["tilt_rad"] / acceleration
+        pull = GRAVITY_M_PER_S2 * sizes["table_tilt"]["tilt_rad"] / frame.factor("x_m_per_s2")
         direction = sizes["table_tilt"]["direction_rad"] - frame.turn_rad
         terms |= {"tilt_x": pull * float(np.cos(direction)), "tilt_y": pull * float(np.sin(direction))}
-    if "vertical_motion" in sizes:
-        terms["load"] = 1.0  # of the Host's measured z'', whose amplitude is that of the motion itself
     if "friction_drift" in sizes:
         # Told about the run's start and the first run, fitted about their middles.
-        a = sizes["friction_drift"]["relative_per_s"] / per_s
+        a = terms["drift"]
         b = sizes["friction_drift"]["relative_per_run"]
         middle_s, later = _middle(starts_s)
         terms |= {"drift": a / (1 + a * middle_s), DRIFT_OF_RUN: b / (1 + b * later)}
@@ -68,14 +72,41 @@ def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[floa
 
 
 def held_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> list[WrittenLaw]:
-    """The laws of flights and impacts that the nominal model of all ``recordings`` holds, in the world: of effects that
-    act as one, of ``[model] laws``, and of the files ``more``; `InputError` for one of the wall, which only the
-    simulator holds, and for more terms than the flights' model has parameters for."""
+    """The laws of flights, impacts and the wall that the nominal model of all ``recordings`` holds, in the world: of
+    effects that act as one, of ``[model] laws``, and of the files ``more``; `InputError` for one of a wall that is not
+    round or that follows more than the azimuth, and for more terms than the flights' model has parameters for."""
     laws = [law for law in _written(recordings, more) if law.stage != "measurement"]
     laws = [*effects_as_laws(recordings[0].model), *laws]
-    if sum(len(law.terms) for law in laws) > MOST_TERMS:
+    if count_of(laws) > MOST_TERMS:
         raise InputError(f"laws of more than {MOST_TERMS} terms together", f"{MOST_TERMS} terms", "leave some out")
+    host = recordings[0].settings.bodies.host
+    if of_wall(laws) and host is not None and host.polygon_m is not None:
+        raise InputError("a law of the contact radius, and flat walls", "a round wall", "leave the law out")
     return laws
+
+
+def of_wall(laws: Sequence[WrittenLaw]) -> list[Term]:
+    """The terms that are the wall's."""
+    return [term for law in laws if law.stage == "geometry" for term in law.terms]
+
+
+def count_of(laws: Sequence[WrittenLaw]) -> int:
+    """How many terms of them flights and impacts hold; the wall's are part of the wall."""
+    return sum(len(law.terms) for law in laws if law.stage != "geometry")
+
+
+def holding(runs: Sequence[Run], laws: Sequence[WrittenLaw], frame: RigFrame) -> list[Run]:
+    """``runs``, in the rig's own units, that hold the ``laws`` of the world, to which ``frame`` leads: flights and
+    impacts their terms, in the place of those that they had, and the wall its own, beside what it has."""
+    rows = rows_of([term for law in laws if law.stage != "geometry" for term in frame.law(law).terms])
+    wall = rows_of([term for law in laws if law.stage == "geometry" for term in frame.law(law).terms])
+
+    def held(run: RunData) -> RunData:
+        return replace(
+            run, law=rows if len(rows) else run.law, stated=run.wall.holding(wall) if len(wall) else run.stated
+        )
+
+    return [replace(run, data=held(run.data)) for run in runs]
 
 
 def measurement_laws(recordings: Sequence[Recording], more: Sequence[Path] = ()) -> list[WrittenLaw]:
@@ -95,21 +126,18 @@ def _written(recordings: Sequence[Recording], more: Sequence[Path]) -> list[Writ
     paths = [*(recordings[0].folder / name for name in stated[0]), *more]
     laws = [read_law(path) for path in paths]
     for path, law in zip(paths, laws, strict=True):
-        if law.stage == "geometry":
+        if any([factor.quantity for factor in term.factors] != ["azimuth"] for term in of_wall([law])):
             raise InputError(
-                f"{path}: a law of the wall", "laws of flights and impacts", "use it with ovines simulate only"
+                f"{path}: a law of the wall that follows more than the azimuth",
+                "a wall that stands still in the Host",
+                "leave it out",
             )
     return laws
 
 
 def effects_as_laws(model: Nominal | None) -> list[WrittenLaw]:
-    """Laws of the flights that stand for effects to which ``[model.effect_parameters]`` gives sizes: a disk that rocks
-    after each impact."""
-    rocking = stated_sizes(model).get("nes_rocking")
-    if rocking is None:
-        return []
-    since = Factor("since", "exponential", 1.0, rocking["decay_s"])
-    return [WrittenLaw((Term("floor_friction", rocking["relative"], (since,)),))]
+    """Effects that are laws to which ``[model.effect_parameters]`` gives sizes, as these."""
+    return [EFFECTS[name].law(sizes) for name, sizes in stated_sizes(model).items() if EFFECTS[name].by_law]
 
 
 def drift_from_the_start(

@@ -25,7 +25,7 @@ from analysis.gap.prediction.how_far import how_far, shows_in
 from analysis.gap.prediction.power import share_seen
 from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.series import Series
-from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test
+from analysis.gap.tests_by_hand import NONE_TEST, test_by_hand, unknown_test
 from analysis.gap.written_laws import write_laws
 from ovines.workers.beside import made_beside
 
@@ -194,7 +194,7 @@ def _actions(ladder: Ladder, tests: NextTests | None) -> tuple[str, ...]:
     """The next test of the strongest cause, and of what is left."""
     said = []
     if ladder.causes:
-        by_hand = NEXT_TEST[ladder.causes[0].effect]
+        by_hand = test_by_hand(ladder.causes[0].effect)
         said.append(by_hand if tests is None else f"{tests.words()} By hand: {by_hand}")
     if ladder.structure:
         said.append(unknown_test(ladder.structure[0].stage, ladder.structure[0].goes_with))

@@ -18,20 +18,20 @@ from numpy.typing import NDArray
 from analysis.contact.effect_rows import Sized, told_effects
 from analysis.flights.cutting.runs import prepare
 from analysis.flights.equation.parameters import INDEX
-from analysis.flights.stated_terms import effects_as_laws
+from analysis.flights.stated_terms import count_of
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.series import Series
 from analysis.identify import Joint, identify_runs
 from analysis.motion.rig_frame import rig_frame
 from analysis.walls.outlines import wall_parameter
-from ovines.core.effects import EFFECTS
+from ovines.core.effects import EFFECTS, is_law
 from ovines.core.laws.terms import MOST_TERMS, WrittenLaw
 from ovines.recording_schema import Nominal
 
 Array = NDArray[np.float64]
-#: effects whose sizes the steps that found them tell, and the estimator holds
-HELD = ("spin_coupling", "friction_drift", "nes_rocking", "inertia_error")
+#: effects whose sizes the steps that found them tell, and the estimator holds; laws by name are others
+HELD = ("spin_coupling", "friction_drift", "inertia_error")
 #: what both models have, by its name in diagnosis.json
 LAW = ("restitution", "wall_friction", "tangential_restitution")
 NOMINAL = ("floor_friction", *LAW, "restitution_scatter")
@@ -75,9 +75,9 @@ def estimated(ladder: Ladder, laws: Sequence[WrittenLaw]) -> tuple[Estimates, La
         joint = _joint(ladder.measured, model, given)
         return Estimates({name: value_of(joint.table, name)[0] for name in NOMINAL}, joint), ladder
     better = improved(ladder, model)
-    named = effects_as_laws(better) if "nes_rocking" in [cause.effect for cause in ladder.causes] else []
+    named = [EFFECTS[c.effect].law(better.effect_parameters[c.effect]) for c in ladder.causes if is_law(c.effect)]
     held = [*given, *named, *(law for law in laws if law.stage == "flight")]
-    if sum(len(law.terms) for law in held) > MOST_TERMS:
+    if count_of(held) > MOST_TERMS:
         held = list(given)
     joint = _joint(ladder.series, better, held)
     causes = tuple(_sized(cause, joint, ladder.series) for cause in ladder.causes)
@@ -109,7 +109,7 @@ def improved(ladder: Ladder, model: Nominal | None) -> Nominal:
     frame, names = ladder.series.frame, [cause.effect for cause in ladder.causes]
     sizes = {name: given for name, given in known.effect_parameters.items() if name not in names}
     for cause in ladder.causes:
-        if cause.effect in HELD:
+        if _is_held(cause):
             told = frame.world_parameters(cause.effect, cause.parameters)
             sizes[cause.effect] = EFFECTS[cause.effect].nearest({name: value for name, (value, _) in told.items()})
     effects = [*known.effects, *(name for name in names if name not in known.effects)]
@@ -120,9 +120,13 @@ def improved(ladder: Ladder, model: Nominal | None) -> Nominal:
     return known.model_copy(update={"effects": tuple(effects), "effect_parameters": sizes})
 
 
+def _is_held(cause: Cause) -> bool:
+    return cause.effect in HELD or is_law(cause.effect)
+
+
 def _sized(cause: Cause, joint: Joint, series: Series) -> Cause:
     """``cause`` with the size that the estimator gives it, where it does."""
-    if cause.effect in HELD:
+    if _is_held(cause):
         return cause
     told = told_effects(joint.table, [cause.effect]).get(cause.effect, {})
     if cause.effect == "stated_radius":

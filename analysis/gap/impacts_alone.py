@@ -26,7 +26,7 @@ from analysis.gap.prediction.probabilities import ABSENT, probability_of, probab
 from analysis.gap.selection.impact_laws import select_laws
 from analysis.gap.selection.impact_steps import USUAL_SCATTER
 from analysis.gap.selection.null_distribution import by_chance, chance_of_misfit, impact_null_distribution
-from analysis.gap.tests_by_hand import NEXT_TEST, NONE_TEST, unknown_test
+from analysis.gap.tests_by_hand import NONE_TEST, test_by_hand, unknown_test
 from analysis.identification.given_impacts import identify_impacts
 from ovines.errors import InputError
 from ovines.recording import Recording
@@ -197,7 +197,7 @@ def _probabilities(causes: Sequence[Cause], detectable: dict[str, Any], left_p: 
 
 
 def _next_test(causes: Sequence[Cause], structure: Sequence[Structure]) -> str:
-    said = [NEXT_TEST[max(causes, key=lambda one: one.strength).effect]] if causes else []
+    said = [test_by_hand(max(causes, key=lambda one: one.strength).effect)] if causes else []
     said += [unknown_test("impact", max(structure, key=lambda one: one.strength).goes_with)] if structure else []
     return " ".join(said) or NONE_TEST
 

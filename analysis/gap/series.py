@@ -12,11 +12,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run, prepare
+from analysis.flights.stated_terms import holding
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from analysis.motion.rig_frame import RigFrame, rig_frame
 from ovines.camera import Camera
 from ovines.camera.changes import PictureChange
-from ovines.core.laws.terms import WrittenLaw, rows_of
+from ovines.core.laws.terms import WrittenLaw
 from ovines.recording import Recording
 
 Array = NDArray[np.float64]
@@ -114,10 +115,7 @@ def _of_motions(
 ) -> Series:
     """A series from motions that are in the rig's frame already."""
     runs = _named(prepare(motions, recordings, frame), recordings)
-    held = rows_of([term for law in laws for term in frame.law(law).terms])
-    if len(held):
-        runs = [replace(run, data=replace(run.data, law=held)) for run in runs]
-    return Series(tuple(recordings), frame, tuple(motions), tuple(runs), laws=tuple(laws))
+    return Series(tuple(recordings), frame, tuple(motions), tuple(holding(runs, laws, frame)), laws=tuple(laws))
 
 
 def _named(runs: Sequence[Run], recordings: Sequence[Recording]) -> list[Run]:

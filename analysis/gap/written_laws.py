@@ -28,7 +28,7 @@ from analysis.gap.laws.impact_law import (
 from analysis.gap.laws.instead.flights import flight_law_beyond, flight_law_instead
 from analysis.gap.laws.instead.impacts import restitution_law_instead, without_effects
 from analysis.gap.laws.instead.wall import is_lasting, wall_law_instead
-from analysis.gap.named_laws import NAMED_BY_LAW, effect_of_restitution, with_named_law
+from analysis.gap.named_laws import NamedPart, effect_of_restitution, named_part, with_named_contact_law, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit
@@ -72,11 +72,27 @@ def write_laws(
     if name is not None and name not in (*withheld, *ladder.impacts.restitution_terms):
         ladder = with_contacts_of(ladder, flights, rng, withheld, (name,))
         found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng, withheld)
-    if unprompted:
-        structure = sorted((*ladder.structure, *unprompted), key=lambda one: -one.strength)
-        ladder = replace(ladder, structure=tuple(structure))
+    ladder = _with_structure(ladder, unprompted)
+    known = withheld
+    while (part := _named_contact_part(found, known)) is not None:
+        law, named = part
+        ladder, flights = with_named_contact_law(ladder, law, named, flights, rng, withheld)
+        known = known.union({named.effect.name})
+        found, unprompted, ladder = _contact_laws(ladder, flights.fits, rng, withheld)
+        ladder = _with_structure(ladder, unprompted)
     laws += found
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
+
+
+def _named_contact_part(found: Sequence[LawFound | None], known: frozenset[str]) -> tuple[LawFound, NamedPart] | None:
+    """A law of impacts or wall that is an effect of the library, or holds one that is not ``known``, and that."""
+    parts = ((law, named_part(law, known)) for law in found if law is not None and law.closed > LAW_LEAST_CLOSED)
+    return next(((law, part) for law, part in parts if part is not None), None)
+
+
+def _with_structure(ladder: Ladder, more: Sequence[Structure]) -> Ladder:
+    """The ladder with what is left beside what its probes found."""
+    return replace(ladder, structure=tuple(sorted((*ladder.structure, *more), key=lambda one: -one.strength)))
 
 
 def _flight_law(
@@ -109,16 +125,15 @@ def _flight_law(
         structure = (*ladder.structure, structure_of_law(law, "flight", "x", law.size, least))
         ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.strength)))
     ladder = _sized_beside(ladder, law, steps)
-    if withheld & set(NAMED_BY_LAW):
+    part = named_part(law, withheld)
+    if part is None:
         return law, ladder
-    named = with_named_law(ladder, law, rng, withheld)
-    if named is None:
-        return law, ladder
+    named = with_named_law(ladder, law, part, rng, withheld)
     left = {one.stage for one in named.structure}
-    if len(law.rig_law.terms) == 1 and "flight" not in left:
+    if len(law.rig_law.terms) == len(part.terms) and "flight" not in left:
         return None, named
     # What is left beside the part that has a name is asked once more: another law, or nothing that is not named now.
-    return _flight_law(named, left, rng, withheld.union(NAMED_BY_LAW))
+    return _flight_law(named, left, rng, withheld.union({part.effect.name}))
 
 
 def _sized_beside(ladder: Ladder, law: LawFound, steps: FlightSteps) -> Ladder:

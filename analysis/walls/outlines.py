@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.walls.surfaces import CYLINDER, RING, SIDE
+from ovines.core.laws import words as W
+from ovines.core.laws.kernel import sizes
 
 Array = NDArray[np.float64]
 
@@ -19,6 +21,8 @@ ROUND_TERMS, DISK_TERMS, ELLIPSE_TERMS = (
 )
 #: ... of a cylinder, and of flat sides as a whole beside the distance of each (:func:`side_term`)
 CYLINDER_TERMS, TURN = ("cylinder_radius", "cylinder_x", "cylinder_y"), "turn"
+# Step of the azimuth by which a wall's slope is told, and the steepest that is one: a step in a formula is none.
+LEAN_STEP_RAD, MOST_LEAN_RAD = 0.01, 0.2
 #: what the free terms are called in table ``identification``
 PARAMETERS = {
     "radius": "contact_radius_m",
@@ -40,6 +44,11 @@ def no_offset() -> Array:
     return np.zeros(2)
 
 
+def no_law() -> Array:
+    """Rows (0, ROW_SIZE) of none."""
+    return np.zeros((0, W.ROW_SIZE))
+
+
 def side_term(number: int) -> str:
     """Name of the free term that is the contact distance of flat side ``number`` (from 1)."""
     return f"side_{number}"
@@ -53,11 +62,13 @@ def wall_parameter(term: str) -> str:
 @dataclass(frozen=True, eq=False)
 class Ring:
     """Contact distance ``radius_m`` (1 + ellipse . (cos 2 azimuth, sin 2 azimuth)) about ``centre_m`` (2,), in the
-    Host's frame; the ellipse in the room."""
+    Host's frame; the ellipse in the room, and so what written laws of the contact radius, held ``law`` rows
+    (T, ROW_SIZE) that follow the azimuth alone, add to it."""
 
     radius_m: float
     centre_m: Array = field(default_factory=no_offset)
     ellipse: Array = field(default_factory=no_offset)
+    law: Array = field(default_factory=no_law)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,7 +92,8 @@ class Ring:
     def moved(self, step: dict[str, float]) -> Ring:
         """With its terms changed."""
         v = {name: value + step.get(name, 0.0) for name, value in self.values().items()}
-        return Ring(v["radius"], np.array([v["centre_x"], v["centre_y"]]), np.array([v["ellipse_c"], v["ellipse_s"]]))
+        centre_m, ellipse = np.array([v["centre_x"], v["centre_y"]]), np.array([v["ellipse_c"], v["ellipse_s"]])
+        return replace(self, radius_m=v["radius"], centre_m=centre_m, ellipse=ellipse)
 
     def grown(self, by_m: float) -> Ring:
         """Standing farther out all round."""
@@ -93,7 +105,21 @@ class Ring:
 
     def over(self, length: float) -> Ring:
         """In units of ``length``."""
-        return replace(self, radius_m=self.radius_m / length, centre_m=self.centre_m / length)
+        law = self.law.copy()
+        law[:, W.COEFFICIENT] /= length
+        return replace(self, radius_m=self.radius_m / length, centre_m=self.centre_m / length, law=law)
+
+    def by_law(self, azimuth_rad: Array) -> tuple[Array, Array]:
+        """How far (N,) its laws move it outwards at azimuths (N,) in the room, and by how much (N,; rad) its normal
+        leans: by -r'/r, as that of any wall that is nearly round."""
+        steps = azimuth_rad + LEAN_STEP_RAD * np.array([[-1.0], [0.0], [1.0]])
+        known = np.zeros((steps.size, W.KNOWN_SIZE))
+        known[:, W.HX], known[:, W.HY] = np.cos(steps).ravel(), np.sin(steps).ravel()
+        parts = np.empty((steps.size, len(self.law)))
+        sizes(self.law, known, parts)
+        behind, here, ahead = parts.sum(1).reshape(steps.shape)
+        lean = (behind - ahead) / (2 * LEAN_STEP_RAD * self.radius_m)
+        return here, np.clip(lean, -MOST_LEAN_RAD, MOST_LEAN_RAD)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.walls.outlines import DISK_TERMS, ELLIPSE_TERMS, TURN, Cylinder, Ring, Sides, no_offset
-from analysis.walls.surfaces import CYLINDER, ROW, SIDE, surfaces_seen
+from analysis.walls.surfaces import CYLINDER, RING, ROW, SIDE, surfaces_seen
 
 Array = NDArray[np.float64]
 
@@ -105,12 +105,24 @@ class Wall:
             self.outline.over(length), self.cylinder.over(length) if self.cylinder else None, self.disk_m / length
         )
 
+    def holding(self, rows: Array) -> Wall:
+        """Whose ring has laws of its contact radius, packed ``rows`` (T, ROW_SIZE), besides what it has."""
+        if not len(rows):
+            return self
+        assert isinstance(self.outline, Ring), "laws of the contact radius are of a round wall"
+        return replace(self, outline=replace(self.outline, law=np.vstack([self.outline.law, rows])))
+
     def seen(self, which: NDArray[np.int64], places_m: Array, host_angle_rad: Array, radius_m: float) -> Array:
         """Surfaces ``which`` (N,) from disks at ``places_m`` (N, 2) from the Host's centre, in the room's directions:
         (N, 3: gap, normal, azimuth)."""
         out = np.empty((len(places_m), 3))
         places, angles = (np.ascontiguousarray(one, dtype=float) for one in (places_m, host_angle_rad))
         surfaces_seen(self.surfaces, np.ascontiguousarray(which, np.int64), places, angles, float(radius_m), out)
+        if isinstance(self.outline, Ring) and len(self.outline.law):
+            reach_m, lean_rad = self.outline.by_law(out[:, 2])
+            ring = self.surfaces[which][:, 0] == RING
+            out[:, 0] -= np.where(ring, reach_m, 0.0)
+            out[:, 1] += np.where(ring, lean_rad, 0.0)
         return out
 
     def gaps(self, places_m: Array, host_angle_rad: Array, radius_m: float = 0.0) -> tuple[Array, Array]:

@@ -9,8 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from ovines.core.effects import EFFECTS
+from ovines.core.effects.effect import unchanged
 from ovines.core.effects.written_laws import with_laws
 from ovines.core.integration.flight import wall_stands
+from ovines.core.laws.terms import WrittenLaw
 from ovines.core.laws.words import ROW_SIZE
 from ovines.core.refusal import require
 from ovines.core.system import parameters as P
@@ -97,7 +99,13 @@ def pack(scenario: Scenario, with_energy: bool = True) -> Packed:
     for name, values in scenario.effects.items():
         require(name in EFFECTS, f"effect {name!r}", "one of " + ", ".join(EFFECTS), "correct the effect's name")
         packed = EFFECTS[name].apply(packed, EFFECTS[name].complete(values), scenario)
-    return finish(with_laws(packed, scenario.laws), with_energy)
+    return finish(with_laws(packed, [*_effects_as_laws(scenario), *scenario.laws]), with_energy)
+
+
+def _effects_as_laws(scenario: Scenario) -> list[WrittenLaw]:
+    """Its effects that are laws, without those that the engine knows besides."""
+    named = [(EFFECTS[name], values) for name, values in scenario.effects.items()]
+    return [effect.law(values) for effect, values in named if effect.by_law and effect.apply is unchanged]
 
 
 def pack_walls(scenario: Scenario, p: np.ndarray, k: np.ndarray) -> np.ndarray:

@@ -19,11 +19,11 @@ from analysis.gap.page.figures.panels import binned
 from analysis.gap.page.figures.paths import chosen_flight, flight_errors, in_host, paths_of
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.laws import _plain_symbol
-from analysis.gap.page.words import EFFECTS, parameter_words, shown, shown_interval
+from analysis.gap.page.words import parameter_words, shown, shown_interval
 from analysis.gap.selection.centres import centre_offsets, is_effect
 from analysis.gap.selection.flights.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
-from analysis.gap.tests_by_hand import NEXT_TEST
+from ovines.core.effects import EFFECTS
 from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.words import QUANTITIES
 from tests.analysis.conftest import browse  # noqa: F401  (a fixture)
@@ -58,7 +58,7 @@ def test_first_screen_names_the_effect_its_size_and_what_to_do(page):
     assert float(far.answer.split()[1].removesuffix("%")) > 90
     assert any("mrad" in d for d in cause.details)
     assert "--write-model" in page.actions[0]
-    assert "standard deviations" in page.actions[1] and page.actions[1].endswith(NEXT_TEST["table_tilt"])
+    assert "standard deviations" in page.actions[1] and page.actions[1].endswith(EFFECTS["table_tilt"].words.by_hand)
 
 
 def test_every_figure_is_there_and_the_page_is_light(page):
@@ -218,7 +218,8 @@ def test_bins_follow_a_curve_and_leave_out_empty_ones():
 
 
 def test_words_and_units():
-    assert set(EFFECTS) == set(NEXT_TEST)
+    words = [effect.words for effect in EFFECTS.values()]
+    assert all(map(all, words)) and len({one.title for one in words}) == len(words)
     assert (
         shown("tilt_rad", 0.01755) == "17.6 mrad"
         and shown("offset_s", 1.474e-4) == "147 µs"

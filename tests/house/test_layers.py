@@ -18,13 +18,13 @@ ovines.errors ovines.robust ovines.core.compiled ovines.core.refusal ovines.core
     analysis.gap.cause
 ovines.io ovines.lens_field ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
     vision.smooth_field \
-    analysis.compiled analysis.statistics analysis.gap.finding analysis.gap.tests_by_hand \
+    analysis.compiled analysis.statistics analysis.gap.finding \
     analysis.blind.plant.compiled analysis.blind.plant.parameters analysis.blind.plant.state
 ovines.core.system analysis.blind.plant.host
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects \
     analysis.blind.plant.flight
 ovines.law_file ovines.recording ovines.importers.reading ovines.core.contact ovines.core.packing vision.markers \
-    vision.video vision.pinhole analysis.blind.plant.wall analysis.blind.recording
+    vision.video vision.pinhole analysis.blind.plant.wall analysis.blind.recording analysis.gap.tests_by_hand
 ovines.importers.formats vision.one_view analysis.blind.plant.dynamics vision.calibration.bundle \
     vision.calibration.targets vision.tracking.bodies
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \

@@ -36,13 +36,12 @@ from analysis.gap.selection.impacts.restitution import kept_gain
 from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame
+from analysis.walls.outlines import LEAN_STEP_RAD, MOST_LEAN_RAD
 from ovines.core.laws import words as W
 
 FEWEST_IMPACTS = 20
 # Impacts that had counted as gross, from which on a law that explains them is chosen once more.
 FEWEST_REGAINED = 5
-# Step of the azimuth by which a wall's slope is told, and the steepest that is one: a step in a formula is none.
-LEAN_STEP_RAD, MOST_LEAN_RAD = 0.01, 0.2
 #: what acts on each coordinate of an impact
 ACTS_ON = {
     "normal": ("restitution",),

@@ -39,6 +39,7 @@ STARTS = 6  # of measured flights: enough for an error bar to half of itself
 LEAST_SEPARATION = 2.0
 # Slower impacts are neither found nor used.
 SLOWEST_M_PER_S = 0.1
+# What differs from run to run is nothing that one recording shows.
 TERMS = {t.name: t for t in EFFECT_TERMS if t.name != "friction_drift"}
 SHAPES = ("wall_ellipticity", "finite_contact_time")
 RESTITUTION_EFFECTS = ("speed_dependent_restitution", "direction_dependent_restitution")

@@ -4,49 +4,9 @@ from __future__ import annotations
 
 from math import isfinite
 
+from analysis.gap.tests_by_hand import words_of
 from analysis.report.numbers import MISSING, interval, with_unit
 
-#: the effect's name on the page, and what it says of the rig
-EFFECTS: dict[str, tuple[str, str]] = {
-    "floor_friction": ("Floor friction", "the disk is braked by the Host's floor"),
-    "spin_coupling": ("Spin coupling of the friction", "a spinning disk is braked less along its path"),
-    "viscous_drag": ("Viscous drag", "a drag proportional to the disk's speed"),
-    "air_drag": ("Air drag", "a drag that grows with the square of the disk's speed"),
-    "table_tilt": ("Table tilt", "the sliding plane is not level"),
-    "vertical_motion": (
-        "Vertical motion of the Host",
-        "its vertical acceleration changes the floor load and with it the friction",
-    ),
-    "nes_rocking": (
-        "Rocking of the disk",
-        "the floor brakes the disk less after each impact",
-    ),
-    "friction_drift": ("Drift of the friction", "the floor friction changes over a run or over the series"),
-    "speed_dependent_restitution": ("Restitution that depends on speed", "harder impacts give back another share"),
-    "direction_dependent_restitution": (
-        "Restitution that depends on direction",
-        "the wall gives back more on one side",
-    ),
-    "restitution_drift": ("Drift of the restitution", "the wall gives back more or less over a run or over the series"),
-    "finite_contact_time": ("Contact of finite duration", "the wall yields: the contact is no instant"),
-    "wall_ellipticity": ("Oval wall", "the wall is not round"),
-    "wall_lobes": ("Lobed wall", "the wall bulges at three or more places"),
-    "wall_centre_offset": ("Wall centre off the markers' centre", "the wall is not where the Host's layout says"),
-    "mass_centre_offset": ("Mass centre off the disk's centre", "the disk is not balanced"),
-    "inertia_error": ("Inertia of the disk", "impulses turn the disk more or less than its stated inertia says"),
-    "centre_marker_offset": ("Centre marker off the disk's centre", "the marker at the centre is not at the centre"),
-    "stated_radius": ("Stated radius of the wall", "the wall is nearer or farther than recording.toml says"),
-    "host_recoil": ("Recoil of the Host", "impacts push the Host off its drive, and it swings back"),
-    "host_ringing": ("Ringing of the Host's markers", "what carries the Host's markers rings after impacts"),
-    "host_sway": ("Sway of the Host", "the Host moves slowly beside its drive"),
-    "camera_clock_offset": ("Clock offset between the cameras", "the second camera sees the world later or earlier"),
-    "sensor_window_offset": ("Window offset of a camera", "a sensor window is elsewhere than the recording says"),
-    "length_scale_error": ("Length scale", "the calibration's unit is off"),
-    "frame_rate_error": ("Frame rate", "the true frame rate is not the nominal one"),
-    "plane_tilt": ("Tilted world plane", "the world's z is not the sliding plane's normal"),
-    "motion_blur": ("Motion blur", "markers are found less well the faster they move"),
-    "trigger_jitter": ("Trigger jitter", "the frames' times scatter"),
-}
 STAGES = {
     "measurement": "in the measurement",
     "flight": "in free flight",
@@ -79,13 +39,15 @@ RATIOS = ("ratio", "scale")
 
 
 def plain(effect: str) -> str:
-    """Name for people; a name that is not in the list stays itself with its underscores gone."""
-    return EFFECTS[effect][0] if effect in EFFECTS else effect.replace("_", " ")
+    """Name for people; one that nobody has words for stays itself with its underscores gone."""
+    words = words_of(effect)
+    return words.title if words is not None else effect.replace("_", " ")
 
 
 def meaning(effect: str) -> str:
-    """What an effect is, in a phrase; empty for one that the page has no words for."""
-    return EFFECTS[effect][1] if effect in EFFECTS else ""
+    """What an effect is, in a phrase; empty for one that nobody has words for."""
+    words = words_of(effect)
+    return words.phrase if words is not None else ""
 
 
 def unit_of(parameter: str) -> tuple[float, str]:

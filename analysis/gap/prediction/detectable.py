@@ -30,6 +30,7 @@ from analysis.gap.selection.impacts.gain import NEGLIGIBLE as IMPACT_NEGLIGIBLE
 from analysis.gap.selection.impacts.gain import ImpactGain
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.outlines import Ring
+from ovines.core.effects import EFFECTS
 
 _MEASURED = {
     "camera_clock_offset": "offset_s",
@@ -133,8 +134,9 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
         # The rms of mu z'' equals the negligible acceleration; the load's column is per unit of the measured z'', so
         # its sd is no length.
         return {name: _entry("amplitude_m", float(np.sqrt(2) * negligible / (friction * omega**2)), None)}
-    parameter = {"viscous_drag": "rate_per_s", "air_drag": "rate_per_m", "friction_drift": "relative_per_s"}[name]
-    return {name: _entry(parameter, negligible / max(units.of(gain.term.columns[0]), 1e-12), noise, told)}
+    own = EFFECTS[name].in_flights
+    assert own is not None and own.parameter, f"{name}: which of its parameters is its size?"
+    return {name: _entry(own.parameter, negligible / max(units.of(gain.term.columns[0]), 1e-12), noise, told)}
 
 
 def of_impacts(impacts: HasLaw, left: dict[str, ImpactGain]) -> dict[str, Entry]:

@@ -59,13 +59,16 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
         before, after = ladder.both_impacts()
         paths = {
             "as_given": None,
-            "recalibrated": through_impacts(runs, ladder.flights.fitted.fits, before, (), finite=False),
+            "recalibrated": through_impacts(
+                runs, ladder.flights.fitted.fits, before, (), finite=False, held=ladder.flights.nominal.fits[0].run.law
+            ),
             "with_effect": through_impacts(
                 runs,
                 ladder.flights.fitted.fits,
                 after,
                 ladder.impacts.restitution_terms,
                 finite=ladder.impacts.shape.finite,
+                held=ladder.flights.fitted.fits[0].run.law,
             ),
         }
     return errors, predict.table(runs, paths, ladder.series.frame)

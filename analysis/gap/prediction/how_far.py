@@ -21,7 +21,7 @@ from analysis.contact.impacts import measure
 from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.contact.wall_fit import fit_wall
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.ladder import Ladder
+from analysis.gap.ladder import CONTACT, Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
 from analysis.gap.prediction.one_impact_ahead import subset
@@ -29,6 +29,7 @@ from analysis.gap.selection.impacts.fit import ImpactFit, wall_prior
 from analysis.gap.selection.impacts.floor import impact_floor
 from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.outlines import ELLIPSE_TERMS
+from ovines.core.effects import is_law
 
 Array = NDArray[np.float64]
 #: terms of the wall that an effect stands for; a contact that lasts adds a column of its own
@@ -165,7 +166,8 @@ def _impacts(
 
     ahead = sums(after, predict.predicted_impacts(after, terms))
     steps["with_effect"]["impact"] = ahead
-    plain = after if any(c.effect in RESTITUTION_EFFECTS for c in causes) else before
+    as_law = [c.effect for c in causes if c.stage in CONTACT and is_law(c.effect)]
+    plain = after if any(c.effect in RESTITUTION_EFFECTS for c in causes) and not as_law else before
     lasts = any(c.effect == "finite_contact_time" for c in causes)
     # A contact that lasts has a law of its own along the wall.
     instant = replace(plain, lasting=None) if lasts else plain
@@ -181,6 +183,10 @@ def _impacts(
         elif cause.effect == "inertia_error" and ladder.inertia.held_out is not None:
             by_effect[cause.effect] = ladder.inertia.held_out
             steps["recalibrated"]["impact"] = steps["recalibrated"]["impact"] + ladder.inertia.held_out
+    others = [by_effect[c.effect] for c in causes if c.effect in by_effect and shows_in(c, "impact")]
+    rest = steps["recalibrated"]["impact"] - ahead - np.sum(others or [np.zeros(len(ahead))], 0)
+    # Laws by name are taken out of the impacts together.
+    by_effect |= {effect: rest / len(as_law) for effect in as_law}
 
 
 def _walls(
@@ -190,14 +196,19 @@ def _walls(
     impacts = ladder.impacts.fitted
     assert impacts is not None
     named = [c.effect for c in causes if c.effect in WALL_TERMS_OF]
+    as_law = [c.effect for c in causes if c.stage == "geometry" and is_law(c.effect)]
     everything = _distances(ladder, impacts, ())
     steps["with_effect"]["geometry"] = everything
-    steps["recalibrated"]["geometry"] = _distances(ladder, impacts, named) if named else everything
+    plain = ladder.both_impacts()[0] if as_law else impacts
+    steps["recalibrated"]["geometry"] = _distances(ladder, plain, named) if named or as_law else everything
     steps["noise_floor"]["geometry"] = np.bincount(
         impacts.junctions.run[impacts.wall.used], minlength=len(ladder.series.runs)
     ).astype(float)
     for effect in named:
         distances = _distances(ladder, impacts, [effect]) - everything
+        by_effect[effect] = by_effect.get(effect, np.zeros(len(everything))) + distances
+    for effect in as_law:  # taken together, like those of the impacts
+        distances = (_distances(ladder, plain, ()) - everything) / len(as_law)
         by_effect[effect] = by_effect.get(effect, np.zeros(len(everything))) + distances
 
 
@@ -212,6 +223,7 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
     terms = tuple(t for t in impacts.wall.terms if t not in held)
     finite = ladder.impacts.shape.finite and "finite_contact_time" not in without
     junctions = impacts.junctions
+    scatter_m = ladder.both_impacts()[1].wall.scatter_m
     speed = np.maximum(impacts.wall.impacts.of("normal_before"), 0)[:, None]
     n = len(ladder.series.runs)
     out = np.zeros(n)
@@ -225,7 +237,7 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
         residual = seen.of("gap")
         if finite:
             residual = residual - speed[here, 0] * learnt.estimate[-1]
-        z2 = residual**2 / (seen.sd("gap") ** 2 + impacts.wall.scatter_m**2)
+        z2 = residual**2 / (seen.sd("gap") ** 2 + scatter_m**2)
         out[run] = np.sum(np.minimum(z2[impacts.wall.used[here]], CUT))
     return out
 

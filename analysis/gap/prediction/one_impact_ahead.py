@@ -4,12 +4,13 @@ flight.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact.held_laws import added_by, known_at_impacts
 from analysis.contact.impacts import Junctions, measure
 from analysis.contact.law import Law
 from analysis.contact.restitution import Conditions, EffectsFit, fit_effects
@@ -49,14 +50,18 @@ def through_impacts(
     restitution_terms: Sequence[str],
     *,
     finite: bool,
+    held: Array,
 ) -> list[Array]:
     """Predicted x, y, angle (N, 3) per run: each flight that follows an impact, from the flight before; NaN elsewhere.
 
-    Wall and law come from the other runs (``finite``, ``restitution_terms``: what the model holds).
+    Wall and law come from the other runs (``finite``, ``restitution_terms``, ``held`` rows (T, ROW_SIZE) of written
+    laws: what the model holds).
     """
     paths = [np.full((len(run.data.time_s), 3), np.nan) for run in runs]
     junctions = impacts.junctions
     terms = impacts.wall.terms
+    data = impacts.data
+    known = dict(zip(data.index.tolist(), known_at_impacts(data, junctions, fits), strict=True)) if len(held) else {}
     for number in range(len(runs)):
         here = junctions.run == number
         if not here.any():
@@ -65,7 +70,7 @@ def through_impacts(
         learnt = _learn(subset(junctions, rest), impacts.without(number), terms, restitution_terms, finite)
         for one in np.flatnonzero(here):
             junction = subset(junctions, np.arange(len(junctions)) == one)
-            path = _carry(junction, runs[number], fits[number], learnt)
+            path = _carry(junction, runs[number], fits[number], learnt, added_by(held, known.get(int(one))))
             if path is not None:
                 index, states = path
                 paths[number][index] = states
@@ -93,21 +98,26 @@ def _learn(
     )
 
 
-def _carry(one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt) -> tuple[NDArray[np.int64], Array] | None:
+def _carry(
+    one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt, added: Mapping[str, float]
+) -> tuple[NDArray[np.int64], Array] | None:
     law, impact = learnt.law, measure(one, learnt.wall)
     before, slip = float(impact.of("normal_before")[0]), float(impact.of("tangential_before")[0])
     if before < 0.05:
         return None
     azimuth = impact.azimuth_rad
     here = Conditions(np.array([before]), azimuth, one.time_s - run.data.start_s, one.run.astype(float))
-    after = float(learnt.restitution.at(here)[0] * before)
+    after = (float(learnt.restitution.at(here)[0]) + added["restitution"]) * before
     q, radius = run.data.inertia_factor, one.radius_m
     stop = abs(slip) / (1 + 1 / q)
     if learnt.lasting is not None:
         size = float(learnt.lasting.impulse(np.array([stop]), np.array([before + after]))[0])
     else:
-        size = min((1 + law.tangential_restitution) * stop, law.wall_friction * (before + after))
+        sticking = (1 + law.tangential_restitution + added["tangential_restitution"]) * stop
+        size = min(sticking, (law.wall_friction + added["wall_friction"]) * (before + after))
     impulse = -np.sign(slip) * size
+    turn_rad_per_s = impulse / (q * radius)
+    turn_rad_per_s += added["spin_kept"] * (float(one.state[0, 5]) + turn_rad_per_s) + added["spin_added"]
     normal = float(impact.normal_rad[0])
     er = np.array([np.cos(normal), np.sin(normal)])
     et = np.array([-er[1], er[0]])
@@ -118,7 +128,7 @@ def _carry(one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt) -> tuple
     start[:2] += start[3:5] * late
     start[2] += start[5] * late
     start[3:5] += -(before + after) * er + impulse * et
-    start[5] += impulse / (q * radius)
+    start[5] += turn_rad_per_s
     k = int(one.flight[0]) + 1
     flight = fits.flights[k]
     index = np.arange(flight.first, flight.last + 1)

@@ -164,7 +164,7 @@ def predicted_impacts(
         )
         normal_after = each * data.before[here]
         # One impact ahead the normal impulse is the predicted one, not the measured.
-        ahead = _part(data, here, normal_impulse=data.before[here] + normal_after)
+        ahead = _part(data, here, normal_impulse=(data.before + data.by_laws)[here] + normal_after)
         impulse = tangential(ahead) if tangential else impacts.without(run).tangential_impulse(ahead)
         error[here, 0] = data.after[here] - normal_after
         error[here, 1] = data.tangential_impulse[here] - impulse

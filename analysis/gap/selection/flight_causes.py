@@ -13,6 +13,7 @@ from analysis.gap.selection.flight_candidates import Gain, Units
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.null_distribution import by_chance
 from analysis.gap.series import Series
+from ovines.core.effects import EFFECTS
 
 Array = NDArray[np.float64]
 
@@ -77,8 +78,9 @@ def term_cause(gain: Gain, trial: FlightFit, series: Series, units: Units) -> Ca
             "relative_per_run": (float(trial.model.drift_per_run / share), _sd(trial, "drift_run") / share**2),
         }
     else:
-        column, parameter = {"viscous_drag": ("viscous", "rate_per_s"), "air_drag": ("air", "rate_per_m")}[name]
-        parameters = {parameter: (float(p[INDEX[column]]), _sd(trial, column))}
+        own = EFFECTS[name].in_flights
+        assert own is not None and own.parameter, f"{name}: how do its unknowns tell its parameters?"
+        parameters = {own.parameter: (float(p[INDEX[own.names[0]]]), _sd(trial, own.names[0]))}
     return Cause(
         name,
         "flight",

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.contact.effect_rows import ROWS
 from analysis.contact.law import LawData
 from analysis.contact.restitution import (
     DIRECTION,
@@ -22,6 +21,7 @@ from analysis.contact.restitution import (
 )
 from analysis.identification.contact_law.interval import Interval, normal_interval
 from analysis.statistics.student import student_over_normal
+from ovines.core.effects import EFFECTS
 
 # Effects on the restitution are fitted to so many impacts, as the diagnosis asks for them.
 FEWEST_FOR_EFFECTS = 8
@@ -76,7 +76,7 @@ def effect_sizes(
 def rows_of(told: Mapping[str, Mapping[str, tuple[float, float]]]) -> list[tuple[str, Interval]]:
     """Rows of effects with sizes (value, sd)."""
     return [
-        (ROWS[effect][parameter][0], normal_interval(value, sd))
+        (EFFECTS[effect].parameter(parameter).row, normal_interval(value, sd))
         for effect, sizes in told.items()
         for parameter, (value, sd) in sizes.items()
     ]

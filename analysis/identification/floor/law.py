@@ -20,14 +20,20 @@ from analysis.identification.contact_law.restitution_rows import few
 from analysis.identification.floor.errors import disagreement
 from analysis.identification.floor.fit import RESTS_SD, FirstLook, FloorFit, first_look, fit_floor
 from analysis.identification.floor.priors import lens_priors, prior_of
+from ovines.core.effects import EFFECTS
 
 Array = NDArray[np.float64]
-# Terms of the flight model that a name in [model] effects stands for; they are estimated along with the friction.
+# Terms of the flight model that a name in [model] effects stands for.
 TERMS_OF = {
-    "viscous_drag": ("viscous",),
-    "air_drag": ("air",),
-    "table_tilt": ("tilt_x", "tilt_y"),
-    "friction_drift": ("drift",),
+    name: tuple(one for one in effect.in_flights.names if one in INDEX)
+    for name, effect in EFFECTS.items()
+    if effect.in_flights is not None
+}
+# Terms that are what they are where a name stands for them; the others are estimated along with the friction.
+NAMED_AT = {
+    TERMS_OF[name][0]: (name, effect.in_flights.named_at)
+    for name, effect in EFFECTS.items()
+    if effect.in_flights is not None and effect.in_flights.named_at
 }
 # Fall of -2 log L from which a friction law other than [model]'s is taken: one free parameter would give 10 once in 600
 # series.
@@ -46,15 +52,10 @@ UNCOUPLED_WORDS = (
 # give 25 by chance once in thirty thousand series.
 ANOTHER_TERM = 40.0
 MOST_ADDED = 3
+# Effects that only take energy: one that would push is not taken up.
+DRAGS = [name for name, effect in EFFECTS.items() if effect.in_flights is not None and effect.in_flights.drags]
 # What else may bend a flight: each is taken up where the flights of all runs leave no doubt, and named.
-CANDIDATES: dict[str, tuple[str, ...]] = {
-    "table_tilt": ("tilt_x", "tilt_y"),
-    "vertical_motion": ("load",),
-    "viscous_drag": ("viscous",),
-    "air_drag": ("air",),
-    "friction_drift": ("drift",),
-    "a force towards the Host's centre": ("centre_host",),
-}
+CANDIDATES: dict[str, tuple[str, ...]] = {**TERMS_OF, "a force towards the Host's centre": ("centre_host",)}
 # The same where an unknown force is certain: known forms of it, which the diagnosis would look into.
 FORMS: dict[str, tuple[str, ...]] = {
     "a force across the path that grows with speed and spin": ("magnus",),
@@ -119,8 +120,9 @@ def looked_at(runs: Sequence[Run], effects: Sequence[str], angle: bool, stated: 
 def _of_model(effects: Sequence[str], stated: Mapping[str, float] | None) -> tuple[list[str], dict[str, float]]:
     """Terms of the flight model that ``[model]`` wants estimated, and those that it holds."""
     held = {term: value for term, value in (stated or {}).items() if term in INDEX}
+    for term, (effect, value) in NAMED_AT.items():
+        held.setdefault(term, value if effect in effects else 0.0)
     names = [term for effect in effects for term in TERMS_OF.get(effect, ()) if term not in held]
-    held.setdefault("load", 1.0 if "vertical_motion" in effects else 0.0)
     friction = "floor_friction" in effects or "spin_coupling" in effects
     return ["friction", *names] if friction else names, held
 
@@ -135,13 +137,18 @@ def _with_terms(
     """``floor`` with those of :data:`CANDIDATES` (and :data:`FORMS`) that its flights need beyond doubt, and a note on
     each.
     """
-    notes = []
-    for _ in range(MOST_ADDED):
-        added = _needed_term(floor)
+    notes, pushing = list[str](), set[str]()
+    while len(notes) < MOST_ADDED:
+        known = CANDIDATES | FORMS if floor.noise.sure > SURE_FORCE else CANDIDATES
+        sought = {name: terms for name, terms in known.items() if name not in pushing}
+        added = _needed_term(floor, sought)
         if added is None:
             break
-        terms = (CANDIDATES | FORMS)[added]
+        terms = sought[added]
         richer = fit_floor(runs, [*floor.names, *terms], held, floor)
+        if added in DRAGS and richer.estimate[richer.names.index(terms[0])] < 0.0:
+            pushing.add(added)
+            continue
         if not _confirmed(richer, terms):
             break
         floor = richer
@@ -164,15 +171,16 @@ def _cost(floor: FloorFit, judge: FloorFit) -> float:
     return refined(rows, best, cost, priors[number])[1]
 
 
-def _needed_term(floor: FloorFit) -> str | None:
-    """The candidate that raises the likelihood most (linearised), where that is beyond doubt; None where none does.
+def _needed_term(floor: FloorFit, sought: Mapping[str, tuple[str, ...]]) -> str | None:
+    """The one of the candidates ``sought`` that raises the likelihood most (linearised), where that is beyond doubt;
+    None where none does.
 
     Each candidate is held against the model without it, both with the unknown force and the lens residual that they
     leave: the terms of a lens residual make as good a tilt of a short run."""
-    sought = CANDIDATES | FORMS if floor.noise.sure > SURE_FORCE else CANDIDATES
     candidates = {name: terms for name, terms in sought.items() if not set(terms) & set(floor.names)}
-    if "vertical_motion" in candidates and floor.fits[0].parameters[INDEX["load"]] != 0.0:
-        del candidates["vertical_motion"]
+    for term, (effect, _) in NAMED_AT.items():
+        if effect in candidates and floor.fits[0].parameters[INDEX[term]] != 0.0:
+            del candidates[effect]
     if not candidates:
         return None
     columns = columns_of([*floor.names, *(t for terms in candidates.values() for t in terms), *ORIGIN, *LENS_TERMS])

@@ -12,4 +12,10 @@ EFFECTS: dict[str, Effect] = {
     for effect in FLIGHT_EFFECTS + IMPACT_EFFECTS + GEOMETRY_EFFECTS + HOST_EFFECTS + MEASUREMENT_EFFECTS
 }
 
-__all__ = ["EFFECTS", "Effect", "EffectParameter"]
+
+def is_law(name: str) -> bool:
+    """Whether an effect of this name is held, and found, as a law; not one that is no effect of the library."""
+    return name in EFFECTS and EFFECTS[name].by_law
+
+
+__all__ = ["EFFECTS", "Effect", "EffectParameter", "is_law"]

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ovines.core.compiled import Floats
+from ovines.core.effects.law_form import LawForm
+from ovines.core.laws.terms import WrittenLaw
 from ovines.core.refusal import ScenarioError, require, require_range
 from ovines.core.system import parameters as P
 from ovines.core.system.model import Scenario
@@ -34,13 +37,50 @@ Observe = Callable[[Seen, Values, np.random.Generator], Seen]
 
 @dataclass(frozen=True)
 class EffectParameter:
-    """One number of an effect: unit and bounds; ``default`` None: it must be given."""
+    """One number of an effect: unit and bounds; ``default`` None: it must be given.  ``row`` of table
+    ``identification`` that tells it, ``times`` over."""
 
     name: str
     unit: str
     low: float
     high: float
     default: float | None = None
+    row: str = ""
+    times: float = 1.0
+
+
+class Words(NamedTuple):
+    """How pages speak of an effect: its ``title``, a ``phrase`` that says what it is, and the test ``by_hand`` that
+    shows it apart from everything else."""
+
+    title: str
+    phrase: str
+    by_hand: str
+
+
+class VectorRows(NamedTuple):
+    """The ``rows`` of table ``identification`` that tell an effect of a size and a direction, its first two parameters:
+    components, ``unit`` times the size; the components turn ``turns`` times when it turns
+    once."""
+
+    rows: tuple[str, str]
+    unit: float = 1.0
+    turns: int = 1
+
+
+@dataclass(frozen=True)
+class InFlights:
+    """How a fit of flights holds an effect: ``names`` of its unknowns in the equation of motion, and the effect's
+    ``parameter`` that the first of them is (empty: they tell its parameters together).
+
+    ``named_at``: what they are where the nominal model names the effect; ``drags``: it only takes energy; ``withheld``:
+    what its unknowns are called when its name is not known."""
+
+    names: tuple[str, ...]
+    withheld: str
+    parameter: str = ""
+    named_at: float = 0.0
+    drags: bool = False
 
 
 def unchanged(packed: Packed, values: Values, scenario: Scenario) -> Packed:
@@ -53,15 +93,38 @@ class Effect:
     """One effect, used by all: ``apply`` changes the packed scenario, ``observe`` the sampled motion.
 
     ``observe(seen, values, rng)`` takes what a run shows (:class:`Seen`) and gives what is reported of it.  ``meaning``
-    says what it is, how large and after whom.
-    """
+    says what it is, how large and after whom; ``words`` are those of pages.  ``in_flights``: unknowns of its own in the
+    fit of flights; ``forms``: it as a law; ``rows``: those that tell it, where its parameters have none of their own;
+    ``views``: (residual, covariate) of the figures that show it.
+
+    An effect whose forms have coefficients is a law by name (:attr:`by_law`): ``identify`` and ``compare`` hold it as
+    one, so does the simulator, unless it has an ``apply``, and ``diagnose`` names it where it finds that law."""
 
     name: str
     stage: str
     parameters: tuple[EffectParameter, ...]
     meaning: str
+    words: Words
     apply: Apply = unchanged
     observe: Observe | None = None
+    in_flights: InFlights | None = None
+    forms: tuple[LawForm, ...] = ()
+    rows: VectorRows | None = None
+    views: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def by_law(self) -> bool:
+        """Whether it is held, and found, as a law."""
+        return bool(self.forms) and all(form.coefficient for form in self.forms)
+
+    def parameter(self, name: str) -> EffectParameter:
+        """Its parameter of this name."""
+        return next(one for one in self.parameters if one.name == name)
+
+    def law(self, values: Values) -> WrittenLaw:
+        """It as a law, of these sizes; of an effect that is one (:attr:`by_law`)."""
+        full = self.complete(values)
+        return WrittenLaw(tuple(form.term(full) for form in self.forms))
 
     def complete(self, values: Values) -> dict[str, float]:
         """Parameters with defaults, each inside its bounds; unknown or missing ones are refused."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values
+from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values, Words
 from ovines.core.refusal import require
 from ovines.core.system import parameters as P
 from ovines.core.system.host import base_motion_at
@@ -85,6 +85,12 @@ HOST_EFFECTS = (
         "The Host has a finite effective mass: an impact (and the floor's friction) pushes it off its drive, and it "
         "swings back about it at the frequency and damping of shaker and controller. 25 g against 20 kg at 1 m/s: "
         "2 mm/s.",
+        Words(
+            "Recoil of the Host",
+            "impacts push the Host off its drive, and it swings back",
+            "Tap the Host at rest with a soft hammer and record it: it swings back as it does after impacts; a "
+            "heavier table recoils less.",
+        ),
         _recoil,
     ),
     Effect(
@@ -96,6 +102,12 @@ HOST_EFFECTS = (
         ),
         "The Host's markers ring after an impact: the part that carries them, of this modal mass, takes the normal "
         "impulse and swings along the wall's normal. The contact itself does not see it.",
+        Words(
+            "Ringing of the Host's markers",
+            "what carries the Host's markers rings after impacts",
+            "Tap the Host beside its markers with the shaker off: they ring at the frequency found; glue them to the "
+            "ring itself for one run.",
+        ),
         observe=_ringing,
     ),
     Effect(
@@ -108,6 +120,12 @@ HOST_EFFECTS = (
         ),
         "The Host sways slowly beside its drive, a sin(2 pi f t + phase) towards the direction, with floor and wall; "
         "the cameras stand still: a table on air, a building. A drift is a frequency far below one over the run.",
+        Words(
+            "Sway of the Host",
+            "the Host moves slowly beside its drive",
+            "Record the Host with the shaker off and the building at work, and once more with the air legs of the "
+            "table blocked.",
+        ),
         _sway,
     ),
 )  # fmt: skip

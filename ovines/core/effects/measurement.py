@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values
+from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values, Words
 
 INF = math.inf
 _POSITIONS, _VELOCITIES = (0, 1, 6, 7), (2, 3, 8, 9)
@@ -60,6 +60,11 @@ MEASUREMENT_EFFECTS = (
         "measurement",
         (EffectParameter("offset_s", "s", -INF, INF),),
         "The second camera sees the world later by a constant: an epipolar error that grows with speed.",
+        Words(
+            "Clock offset between the cameras",
+            "the second camera sees the world later or earlier",
+            "Film a flashing diode with both cameras: the frame in which it lights up tells the delay.",
+        ),
     ),
     Effect(
         "sensor_window_offset",
@@ -70,12 +75,22 @@ MEASUREMENT_EFFECTS = (
         ),
         "A camera's window was elsewhere than window_offset_px says: a constant epipolar error. (u, v) is how far the "
         "second view's pixels stand off the first's: the first window was off by (u, v) or the second by the opposite.",
+        Words(
+            "Window offset of a camera",
+            "a sensor window is elsewhere than the recording says",
+            "Record the extrinsic board once in the recording's window and once on the full sensor.",
+        ),
     ),
     Effect(
         "length_scale_error",
         "measurement",
         (EffectParameter("scale", "1", 0.1, 10.0),),
         "Reported lengths are the true ones times scale (a board printed in another size).",
+        Words(
+            "Length scale",
+            "the calibration's unit is off",
+            "Measure the distance of two Host markers (or the board's ten squares) with calipers.",
+        ),
         observe=_scale,
     ),
     Effect(
@@ -83,6 +98,11 @@ MEASUREMENT_EFFECTS = (
         "measurement",
         (EffectParameter("ratio", "1", 0.1, 10.0),),
         "Reported times are the true ones times ratio (true rate over nominal rate).",
+        Words(
+            "Frame rate",
+            "the true frame rate is not the nominal one",
+            "Record the trigger on the acquisition card and give it as trigger.csv.",
+        ),
         observe=_frame_rate,
     ),
     Effect(
@@ -94,6 +114,11 @@ MEASUREMENT_EFFECTS = (
         ),
         "The world's z is not the plane's normal: turned about x and y, plane lengths shorten by the cosines and z "
         "follows x, y.",
+        Words(
+            "Tilted world plane",
+            "the world's z is not the sliding plane's normal",
+            "Lay the board flat on the sliding floor for the extrinsic view.",
+        ),
         observe=_plane,
     ),
     Effect(
@@ -101,6 +126,11 @@ MEASUREMENT_EFFECTS = (
         "measurement",
         (EffectParameter("sd_s", "s", 0.0, INF),),
         "Frame times scatter (normal, sd): positions err by velocity times the lateness, to first order.",
+        Words(
+            "Trigger jitter",
+            "the frames' times scatter",
+            "Record the trigger on the acquisition card and give it as trigger.csv.",
+        ),
         observe=_jitter,
     ),
     Effect(
@@ -109,6 +139,12 @@ MEASUREMENT_EFFECTS = (
         (EffectParameter("sd_s", "s", 0.0, INF),),
         "Places scatter by this time's way, in any direction (normal, sd times speed; angles by sd times spin), each "
         "body by its own: markers smeared over the exposure are found less well the faster they are.",
+        Words(
+            "Motion blur",
+            "markers are found less well the faster they move",
+            "Halve the exposure (and double the light) in one run: what is smeared halves, frame times that scatter "
+            "do not care.",
+        ),
         observe=_blur,
     ),
 )

@@ -111,6 +111,24 @@ def test_a_force_as_large_as_the_friction_leaves_the_friction_undetermined(tmp_p
     assert told == [True, True, False]
 
 
+@pytest.mark.parametrize("rate_per_s", [0.6, -0.6])
+def test_a_drag_that_pushes_is_no_drag(rate_per_s, tmp_path):
+    """The flights asked for `air_drag` of a negative size where glue sheared; what pushes is told as unknown."""
+    spec = Spec("ours", "white", 0.04, 20.0, most_frames=400, at_origin=True, physics={"viscous_per_s": rate_per_s})
+    made = make_series(spec, np.random.default_rng([11, 4]), 1)
+    series = read_series(write_series(made, tmp_path / "series"))
+    motions = [read_table(one.folder / "motion.parquet", "motion") for one in series]
+    joint, (identified,) = identify_series(motions, series)
+    drags = joint["parameter"].str.contains("drag")
+    assert (drags.sum(), any("viscous_drag" in note for note in identified.notes)) == (
+        (1, True) if rate_per_s > 0 else (0, False)
+    )
+    friction = joint.set_index("parameter").loc["floor_friction"]
+    assert abs(friction["value"] - made[0].truth["rig"].physics.friction) < FARTHEST_SDS * friction["sd"]
+    if rate_per_s < 0:
+        assert any("nothing listed explains" in note for note in identified.notes)
+
+
 def test_a_force_of_a_known_form_is_fitted_along_whatever_single_frames_say(tmp_path):
     """A force across the path that grows with speed and spin, which the library lacks; a frame in fifty is wrong by
     fifteen sd, and one by far more: a force that bends every flight would follow them."""

@@ -11,9 +11,14 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.compare import compare
+from analysis.flights.stated_terms import held_laws
 from analysis.identify import FORCE_SAID, identify_series
+from analysis.motion.rig_frame import RigFrame
+from analysis.walls.lobes import LobedWall
+from analysis.walls.outlines import Ring
+from analysis.walls.wall import Wall
 from ovines.core import simulate
-from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
 from ovines.errors import InputError
 from ovines.law_file import law_text
 from ovines.pipeline.series.diagnosis import load_series
@@ -118,9 +123,43 @@ def test_a_law_belongs_to_what_results_depend_on(swirl):
     assert parameters_of(stage("identify"), again) != before
 
 
-def test_a_law_of_the_wall_is_refused_by_identification(swirl):
+@pytest.mark.parametrize("turn_rad", [0.0, 0.7])
+def test_a_ring_holds_a_law_of_its_radius(turn_rad):
+    """Gap and normal are those of lobes of the same size, in metres and in the rig's own unit; where the frame turns,
+    the law does."""
+    lobes = LobedWall(Ring(0.04), order=3, lobes=5e-3 * np.array([np.cos(0.9), np.sin(0.9)]))
+    term = Term("contact_radius", 2e-4, (Factor("azimuth", "cosine", 3.0, x=0.3 + turn_rad),))
+    frame = RigFrame(np.zeros(2), turn_rad, (0.0,), 0.04)
+    rows = rows_of(frame.law(WrittenLaw((term,))).terms)
+    azimuth = np.linspace(0.0, 2 * np.pi, 50)
+    places, angle = np.column_stack([np.cos(azimuth), np.sin(azimuth)]), np.zeros(50)
+    first = np.zeros(50, np.int64)
+    held = Wall.ring(1.0).holding(rows).moved({"centre_x": 0.01}).seen(first, places, angle, 0.2)
+    alike = lobes.over(0.04).moved({"centre_x": 0.01}).seen(first, places, angle, 0.2)
+    np.testing.assert_allclose(held, alike, atol=5e-6)
+    assert np.ptp(held[:, 1] - held[:, 2]) > 0.02
+    turned = replace(frame, length=1.0).law(WrittenLaw((term,)))
+    in_metres = Wall.ring(0.04).holding(rows_of(turned.terms))
+    np.testing.assert_allclose(in_metres.over(0.04).outline.law, rows, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("factors", "polygon", "said"),
+    [
+        ((Factor("time"),), False, "follows more than the azimuth"),
+        ((Factor("azimuth", "cosine", 3.0), Factor("approach")), False, "follows more than the azimuth"),
+        ((Factor("azimuth", "cosine", 3.0),), True, "flat walls"),
+    ],
+)
+def test_a_law_of_a_wall_that_does_not_stand_still_or_is_not_round_is_refused(swirl, factors, polygon, said):
     folder, _, _ = swirl
-    series, _ = load_series(read_series(folder), folder / "results")
-    wall = WrittenLaw((Term("contact_radius", 1e-4, (Factor("azimuth", "cosine", 3.0),)),))
-    with pytest.raises(InputError, match="a law of the wall"):
-        identify_series(series.motions, stating(folder, wall))
+    recordings = stating(folder, WrittenLaw((Term("contact_radius", 1e-4, factors),)))
+    if polygon:
+        square = tuple((0.04 * x, 0.04 * y) for x, y in ((1, -1), (1, 1), (-1, 1), (-1, -1)))
+        bodies = recordings[0].settings.bodies
+        host = bodies.host.model_copy(update={"inner_radius_m": None, "polygon_m": square})
+        bodies = bodies.model_copy(update={"host": host})
+        settings = recordings[0].settings.model_copy(update={"bodies": bodies})
+        recordings = [replace(one, settings=settings) for one in recordings]
+    with pytest.raises(InputError, match=said):
+        held_laws(recordings)

@@ -8,8 +8,8 @@ import pytest
 
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
 from ovines.core.effects import EFFECTS, Effect, EffectParameter
-from ovines.core.effects.effect import with_floats
-from ovines.core.system import parameters as P
+from ovines.core.effects.effect import Words
+from ovines.core.effects.law_form import LawForm
 from ovines.documentation.reference_pages import effects_page
 
 WIDE = Scenario(
@@ -49,12 +49,16 @@ def test_names_and_stages_are_the_contract():
 
 def test_an_effect_that_is_added_is_known_everywhere_at_once_and_gone_when_it_is_taken_out(monkeypatch):
     """A steady push along x, as docs/how-to/add-effect.md has it: one object in the library, and the simulator moves by
-    it, the reference lists it, and a size out of its bounds is refused."""
-
-    def apply(packed, values, scenario):
-        return with_floats(packed, {P.GRAVITY_X: packed.p[P.GRAVITY_X] + values["push_m_per_s2"]})
-
-    push = Effect("steady_push", "flight", (EffectParameter("push_m_per_s2", "m/s^2", 0.0, 5.0),), "a push", apply)
+    it, the reference lists it, and a size out of its bounds is refused.  (That the diagnosis names such a one:
+    `tests/gap/laws/test_laws.py`.)"""
+    push = Effect(
+        "steady_push",
+        "flight",
+        (EffectParameter("push_m_per_s2", "m/s^2", 0.0, 5.0),),
+        "a push",
+        Words("Steady push", "something pushes along x", "Turn the rig."),
+        forms=(LawForm("fixed_direction", coefficient="push_m_per_s2"),),
+    )
     bare = simulate(BARE).motion["nes_vx_m_per_s"]
     with monkeypatch.context() as added:
         added.setitem(EFFECTS, push.name, push)

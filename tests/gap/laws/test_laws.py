@@ -5,6 +5,7 @@ The dictionary was made with the plant's kinds in view: these hold it against fa
 from __future__ import annotations
 
 import re
+import tomllib
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,6 +14,7 @@ import pytest
 from matplotlib.mathtext import MathTextParser
 
 from analysis.blind.series import make_series
+from analysis.gap.answer import model_section
 from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.laws import flight_law, flight_sizes
@@ -32,6 +34,9 @@ from analysis.gap.laws.regression.problem import Regression, held_out_squares
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.null_distribution import by_chance
+from ovines.core.effects import EFFECTS, Effect, EffectParameter
+from ovines.core.effects.effect import Words
+from ovines.core.effects.law_form import FactorForm, LawForm
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.kernel import sizes
@@ -82,6 +87,55 @@ def test_a_law_of_the_impacts_beside_one_of_the_flights(both):
     assert needless_beside(law, named, fits) == (name,)
     spin = WrittenLaw((Term("spin_kept", -0.02),))
     assert needless_beside(replace(law, rig_law=spin), named, fits) == ()
+
+
+SWIRL = Effect(
+    "swirling_air",
+    "flight",
+    (EffectParameter("rate_per_s2", "1/s^2", -1e6, 1e6),),
+    "Acceleration c r about the Host's centre.",
+    Words("Swirling air", "the air in the ring turns", "Close the ring with a lid."),
+    forms=(LawForm("swirl", (FactorForm("radius"),), "rate_per_s2"),),
+)
+SLIP = Effect(
+    "slip_restitution",
+    "impact",
+    (EffectParameter("slope_s_per_m", "s/m", -1e3, 0.0),),
+    "Restitution plus a |slip|.",
+    Words("Restitution that falls with the slip", "a blow that grazes gives back less", "Wax the wall."),
+    forms=(LawForm("restitution", (FactorForm("slip", "absolute_power"),), "slope_s_per_m"),),
+)
+
+
+def test_effects_that_are_added_are_named_and_without_them_their_laws_have_no_name(both, monkeypatch, unpainted):
+    """One object each, as docs/how-to/add-effect.md has it; ``both`` is the answer without them.  Named, they are in
+    the prediction, on the page and in the model that is written, which the next diagnosis holds."""
+    folder, made, without = both
+    true = made.truth["parameters"]
+    assert (without.summary["effects"], len(without.laws)) == ([], 2)
+    for effect in (SWIRL, SLIP):
+        monkeypatch.setitem(EFFECTS, effect.name, effect)
+    found = diagnose(brought(made, folder), np.random.default_rng(0))
+    assert (found.summary["verdict"], set(found.summary["effects"])) == ("effect", {SWIRL.name, SLIP.name})
+    assert found.laws == () and found.summary["left"] == []
+    told = {cause.effect: next(iter(cause.parameters.values())) for cause in found.ladder.causes}
+    for effect, size in (
+        (SWIRL, true["unknown_swirl"]["swirl_per_s2"]),
+        (SLIP, -true["unknown_slip_restitution"]["slip_restitution_s_per_m"]),
+    ):
+        value, sd = told[effect.name]
+        assert abs(value - size) < 3 * sd < 0.6 * abs(size), effect.name
+    gap = found.summary["gap"]
+    assert gap["shrinkage"] > 0.99 and sum(one["shrinkage"] for one in gap["by_effect"].values()) > 0.99
+    assert min(one["low"] for one in gap["by_effect"].values()) > 0.0
+    assert gap["with_effect"]["spin_rad_per_s"] < 0.5 * gap["recalibrated"]["spin_rad_per_s"]
+    page = gap_page(found, "a series")
+    assert page.actions[1:] == [EFFECTS[found.ladder.causes[0].effect].words.by_hand]
+    assert SWIRL.words.title.lower() in page.lead.lower() and SWIRL.words.phrase in page.lead
+    section = model_section(found.summary, None, {})
+    values = tomllib.loads(section)["model"]["effect_parameters"]
+    held = [law for name, given in values.items() for law in [EFFECTS[name].law(given)]]
+    assert {law.stage for law in held} == {"flight", "impact"}
 
 
 def test_the_laws_stand_on_the_page(both, unpainted):

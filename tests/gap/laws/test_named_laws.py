@@ -2,15 +2,47 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
+from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.impacts.law import law_candidates
+from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.named_laws import effect_of_restitution
 from analysis.gap.written_laws import write_laws
+from ovines.core.effects import EFFECTS
+from ovines.core.effects.law_form import FactorForm, LawForm
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.words import KNOWN_SIZE
 from tests.gap.conftest import brought, laws_and_ladder
+
+
+def test_every_effect_that_is_a_law_is_one_that_the_search_can_find():
+    """Else the diagnosis would never name it."""
+    scales, known = RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0), np.full((9, KNOWN_SIZE), 0.02)
+    terms = [term for one in (*flight_candidates(scales), *law_candidates(known)) for term in one.terms]
+    as_laws = [effect for effect in EFFECTS.values() if effect.by_law]
+    assert as_laws
+    for effect in as_laws:
+        assert all(any(form.is_form_of(term) for term in terms) for form in effect.forms), effect.name
+
+
+def test_a_form_tells_its_parameters_and_writes_them():
+    """There and back; what follows the same by another function is covered only where that says so."""
+    factor = FactorForm("since", "exponential", scale="decay_s", zero="from_s")
+    form = LawForm("fixed_direction", (factor,), "push", direction="direction_rad", named=(0.0, 5.0))
+    values = {"decay_s": 0.02, "from_s": 0.1, "push": 2.0, "direction_rad": 0.4}
+    term = form.term(values)
+    assert term == Term("fixed_direction", 2.0, (Factor("since", "exponential", 1.0, 0.02, 0.1),), x=0.4)
+    assert form.told(term) == values
+    assert form.is_named(term) and not form.is_named(replace(term, coefficient=-2.0))
+    linear = replace(term, factors=(Factor("since"),))
+    assert not form.covers(linear) and replace(form, by_any_function=True).covers(linear)
+    assert not replace(form, by_any_function=True).covers(replace(linear, target="swirl"))
 
 
 def restitution(*factors):

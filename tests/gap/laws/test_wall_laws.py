@@ -11,7 +11,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
-from analysis.gap.diagnose import verdict_of
+from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.impact_law import find_wall_law, leaning_wall
@@ -21,13 +21,55 @@ from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, fit_impacts, with_lobes
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from ovines.core.effects import EFFECTS as LIBRARY
+from ovines.core.effects import Effect, EffectParameter
+from ovines.core.effects.effect import Words
+from ovines.core.effects.law_form import FactorForm, LawForm
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.law_file import law_text
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
-from tests.gap.conftest import laws_and_ladder
+from tests.gap.conftest import brought, laws_and_ladder
 
 EFFECTS = ("floor_friction", "spin_coupling")
+
+
+DENT = Effect(
+    "dent",
+    "geometry",
+    (
+        EffectParameter("depth_m", "m", -1e-2, 0.0),
+        EffectParameter("width_rad", "rad", 1e-3, 3.0),
+        EffectParameter("direction_rad", "rad", -np.inf, np.inf, 0.0),
+    ),
+    "A dent of the wall, a Gaussian of the azimuth.",
+    Words("Dent", "the wall is dented", "Look."),
+    forms=(
+        LawForm("contact_radius", (FactorForm("azimuth", "gaussian", 1.0, "width_rad", "direction_rad"),), "depth_m"),
+    ),
+)
+
+
+def test_an_effect_that_is_a_law_of_the_wall_is_named_and_as_a_law_held(tmp_path, monkeypatch, without_flight_laws):
+    """It is predicted with; without its name its law, held by the nominal model, leaves nothing to tell."""
+    made = make_series("unknown_dented_wall", 1.0, np.random.default_rng(5), runs=3, noise="white")
+    series = brought(made, tmp_path / "series")
+    with monkeypatch.context() as added:
+        added.setitem(LIBRARY, DENT.name, DENT)
+        found = diagnose(series, np.random.default_rng(0))
+    assert (found.summary["verdict"], found.summary["effects"], found.laws) == ("effect", ["dent"], ())
+    (cause,) = found.ladder.causes
+    depth_m, sd_m = cause.parameters["depth_m"]
+    assert abs(depth_m + made.truth["parameters"]["unknown_dented_wall"]["dent_m"]) < 3 * sd_m
+    gap = found.summary["gap"]
+    assert gap["shrinkage"] > 0.99
+    assert gap["with_effect"]["impact_m_per_s"] < 0.2 * gap["recalibrated"]["impact_m_per_s"]
+    told = series.frame.world_parameters("dent", cause.parameters)
+    path = tmp_path / "law-1.toml"
+    path.write_text(law_text(DENT.law({name: value for name, (value, _) in told.items()}), "a dent"))
+    laws, ladder = laws_and_ladder(brought(made, tmp_path / "series", (path,)))
+    assert (laws, ladder.causes, ladder.structure) == ((), (), ())
 
 
 @pytest.mark.parametrize("level", [LEVEL_WHERE_LEFT, LEVEL])

@@ -5,10 +5,12 @@ All corners of an image are fitted side by side: K corners, each with up to n pi
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.special import erf
 
 Array = NDArray[np.float64]
@@ -233,16 +235,17 @@ def _shared_variance(fit: Fits, residual: Array) -> Array:
     corner together.
     """
     patches, count = fit.patches, len(fit.number)
-    square, side = patches.side**2, 2 * patches.side  # no wrapping
-    pictures = np.zeros((count, 4, square))
+    # No wrapping into the distances that count.
+    side = next_fast_len(patches.side + math.ceil(REACH_SHARE * patches.side), real=True)
+    pictures = np.zeros((count, 4, patches.side**2))
     values = np.concatenate([fit.influence, residual[:, None], np.ones_like(residual)[:, None]], 1)
     np.put_along_axis(pictures, patches.cell[:, None], values * patches.counts[:, None], 2)
-    spectrum = np.abs(np.fft.rfft2(pictures.reshape(count, 4, patches.side, patches.side), (side, side))) ** 2
-    moves_u, moves_v, shared, pairs = np.moveaxis(np.fft.irfft2(spectrum, (side, side)), 1, 0)
+    spectrum = np.abs(rfft2(pictures.reshape(count, 4, patches.side, patches.side), (side, side))) ** 2
+    power = np.stack([spectrum[:, 0] + spectrum[:, 1], spectrum[:, 2], spectrum[:, 3]], 1)
+    moves, shared, pairs = np.moveaxis(irfft2(power, (side, side)), 1, 0)
     lag = np.minimum(np.arange(side), side - np.arange(side))
     near = np.hypot(lag[:, None], lag[None]) <= REACH_SHARE * (2 * patches.size + 1)[:, None, None]
     alone = shared[:, 0, 0] / pairs[:, 0, 0]
-    moves = moves_u + moves_v
     together = np.sum(np.where(near, moves * shared / np.maximum(pairs, 1.0), 0.0), (1, 2))
     return np.maximum(together, moves[:, 0, 0] * alone)
 

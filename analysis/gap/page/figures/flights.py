@@ -13,17 +13,11 @@ from analysis.gap.selection.flights.missing_acceleration import (
     missing_acceleration,
     residual_frames,
 )
+from ovines.core.effects import EFFECTS
 
-# (component, covariate): columns of :func:`analysis.gap.selection.flights.missing_acceleration.missing_acceleration`
+# What shows a term without a name; effects say it themselves.  (component, covariate): columns of
+# :func:`analysis.gap.selection.flights.missing_acceleration.missing_acceleration`.
 VIEWS: dict[str, tuple[tuple[str, str], ...]] = {
-    "nes_rocking": (("along sliding", "time since the impact before"), ("along sliding", "sliding speed")),
-    "floor_friction": (("along sliding", "sliding speed"), ("along sliding", "time in the run")),
-    "spin_coupling": (("along sliding", "rim over sliding speed"), ("along sliding", "sliding speed")),
-    "viscous_drag": (("along the path", "speed"), ("along sliding", "sliding speed")),
-    "air_drag": (("along the path", "speed"), ("along sliding", "sliding speed")),
-    "table_tilt": (("x", "time in the run"), ("y", "time in the run")),
-    "vertical_motion": (("along sliding", "vertical acceleration of the Host"), ("along sliding", "drive phase")),
-    "friction_drift": (("along sliding", "time in the run"), ("along sliding", "run")),
     "pull towards the Host's centre": (("outwards", "radius"), ("swirl", "radius")),
     "pull towards the room's origin": (("x", "x in the room"), ("y", "y in the room")),
     "pull growing with the cube of the radius": (("outwards", "radius"), ("swirl", "radius")),
@@ -97,7 +91,7 @@ QUICK = ("drive phase", "vertical acceleration of the Host", "time since the imp
 
 def flight_views(name: str) -> tuple[tuple[str, str], ...]:
     """Components and covariates for a finding's name, then what a sceptic would look at besides; six at most."""
-    own = VIEWS.get(name, ())
+    own = EFFECTS[name].views if name in EFFECTS else VIEWS.get(name, ())
     return tuple(dict.fromkeys((*own, *OTHERS)))[:6]
 
 

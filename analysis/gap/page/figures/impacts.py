@@ -18,22 +18,12 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures.impact_residuals import covariate_of, residual_of
 from analysis.gap.page.figures.panels import Panel
 from analysis.gap.selection.impacts.fit import ImpactFit
+from ovines.core.effects import EFFECTS
 
 Array = NDArray[np.float64]
 
-#: residual and covariates that show a finding; findings are effects, coordinates of structure, or groups of probes
-VIEWS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "speed_dependent_restitution": ("restitution", ("approach speed", "azimuth in the room")),
-    "direction_dependent_restitution": ("restitution", ("azimuth in the room", "approach speed")),
-    "restitution_drift": ("restitution", ("run", "time in the run")),
-    "finite_contact_time": ("distance", ("approach speed", "azimuth in the room")),
-    "wall_ellipticity": ("distance", ("azimuth in the room", "approach speed")),
-    "wall_lobes": ("distance", ("azimuth in the Host", "approach speed")),
-    "wall_centre_offset": ("distance", ("azimuth in the Host", "azimuth in the disk")),
-    "stated_radius": ("distance", ("azimuth in the Host", "approach speed")),
-    "mass_centre_offset": ("distance", ("azimuth in the disk", "azimuth in the Host")),
-    "inertia_error": ("angular", ("tangential impulse", "spin before")),
-}
+#: (residual, covariate) that show a wall which is elsewhere than stated
+STATED_RADIUS = (("distance", "azimuth in the Host"), ("distance", "approach speed"))
 SHOWN_OF = {"normal": "restitution", "tangential": "tangential", "spin": "angular", "radius": "distance"}
 GOES_WITH = {
     "the time since the impact before": "time since the impact before",
@@ -72,12 +62,21 @@ RESIDUALS = {
 
 def impact_view(finding: str, coordinate: str = "") -> tuple[str, str]:
     """Residual and first covariate for a finding (an effect, or what a structure goes with and its coordinate)."""
-    if finding in VIEWS:
-        return VIEWS[finding][0], VIEWS[finding][1][0]
+    own = _own_views(finding)
+    if own:
+        return own[0]
     if "place on the wall" in finding:
         return SHOWN_OF.get(coordinate, "restitution"), "azimuth in the Host"
     other = "azimuth in the Host" if finding.endswith("times the azimuth") else "approach speed"
     return SHOWN_OF.get(coordinate, "restitution"), GOES_WITH.get(finding, other)
+
+
+def _own_views(finding: str) -> tuple[tuple[str, str], ...]:
+    """(residual, covariate) that an effect of the contact names itself; empty for others."""
+    if finding == "stated_radius":
+        return STATED_RADIUS
+    effect = EFFECTS.get(finding)
+    return effect.views if effect is not None and effect.stage in ("impact", "geometry") else ()
 
 
 def impact_panels(ladder: Ladder, finding: str, coordinate: str = "") -> list[Panel]:
@@ -97,7 +96,7 @@ def impact_panels(ladder: Ladder, finding: str, coordinate: str = "") -> list[Pa
         "time in the run",
         "run",
     )
-    names = tuple(dict.fromkeys((first, *VIEWS.get(finding, ("", ()))[1], *others)))[:6]
+    names = tuple(dict.fromkeys((first, *(covariate for _, covariate in _own_views(finding)), *others)))[:6]
     return [_panel(ladder, residual, name, finding) for name in names]
 
 

@@ -83,8 +83,8 @@ def nominal_model(
     for term in EFFECT_TERMS:
         if term.name in effects:
             free += term.columns
-    if "vertical_motion" in effects:
-        p[INDEX["load"]] = 1.0
+            if term.named_at:
+                p[INDEX[term.columns[0]]] = term.named_at
     for name in set(stated) & set(INDEX):
         p[INDEX[name]] = stated[name]
     return FlightModel(p, np.zeros(2), stated.get(DRIFT_OF_RUN, 0.0), tuple(n for n in free if n not in stated), stated)

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ovines.core.effects import EFFECTS
+from ovines.core.effects.effect import Effect, InFlights
+
 
 @dataclass(frozen=True)
 class FlightTerm:
     """``columns`` of the evidence that belong together; ``named``: an effect of the library, no probe; ``drags``: a
-    named one that only takes energy."""
+    named one that only takes energy; ``named_at``: what the nominal model that names it begins with."""
 
     name: str
     columns: tuple[str, ...]
     named: bool = False
     drags: bool = False
+    named_at: float = 0.0
 
 
-EFFECT_TERMS = (
-    FlightTerm("viscous_drag", ("viscous",), True, drags=True),
-    FlightTerm("air_drag", ("air",), True, drags=True),
-    FlightTerm("table_tilt", ("tilt_x", "tilt_y"), True),
-    FlightTerm("vertical_motion", ("load",), True),
-    FlightTerm("friction_drift", ("drift", "drift_run"), True),
-)
+def _named(effect: Effect, own: InFlights) -> FlightTerm:
+    return FlightTerm(effect.name, own.names, True, own.drags, own.named_at)
+
+
+EFFECT_TERMS = tuple(_named(one, one.in_flights) for one in EFFECTS.values() if one.in_flights is not None)
 
 PROBE_TERMS = (
     FlightTerm("pull towards the Host's centre", ("centre_host",)),
@@ -48,22 +50,12 @@ PROBE_TERMS = (
     FlightTerm("force with the drive's phase", ("force_cos_x", "force_sin_x", "force_cos_y", "force_sin_y")),
 )
 
-# What the generic probes call an effect's columns when its name is withheld from the library (GAP.md, withheld check
-# b).
-WITHHELD_NAMES = {
-    "viscous_drag": "a force along the path that grows with the speed",
-    "air_drag": "a force along the path that grows with the square of the speed",
-    "table_tilt": "a constant force in the room",
-    "vertical_motion": "friction that follows the Host's z''",
-    "friction_drift": "friction that follows time and run",
-}
-
 
 def terms(withheld: frozenset[str]) -> tuple[tuple[FlightTerm, ...], tuple[FlightTerm, ...]]:
     """Named effects and probes; a withheld effect's columns stay as a probe without its name."""
     named = tuple(t for t in EFFECT_TERMS if t.name not in withheld)
-    lost = tuple(FlightTerm(WITHHELD_NAMES[t.name], t.columns) for t in EFFECT_TERMS if t.name in withheld)
-    return named, PROBE_TERMS + lost
+    own = [EFFECTS[t.name].in_flights for t in EFFECT_TERMS if t.name in withheld]
+    return named, PROBE_TERMS + tuple(FlightTerm(one.withheld, one.names) for one in own if one is not None)
 
 
 #: Accelerations below this share of v^2/R_c (v: the disk's RMS speed against the Host, R_c: contact radius) are neither

@@ -36,7 +36,7 @@ def impact_floor(impacts: ImpactFit, restitution_terms: Sequence[str]) -> tuple[
     speed = np.column_stack([np.exp(-data.before / s) for s in (0.4, 1.5)])
     normal = _left_over(data.after, data.before[:, None] * np.column_stack([design, table[:, 1:], speed]))
     # One impact ahead the normal impulse is the predicted one.
-    impulse = data.before + (design @ c) * data.before
+    impulse = data.before + data.by_laws + (design @ c) * data.before
     law = impacts.tangential_impulse(replace(data, normal_impulse=impulse))
     columns = np.column_stack([law, impulse[:, None] * np.column_stack([table, _tangential_columns(data, impulse)])])
     turn = impacts.junctions.radius_m * data.inertia_factor
