@@ -222,6 +222,12 @@ def test_words_and_units():
     assert all(map(all, words)) and len({one.title for one in words}) == len(words)
     assert (
         shown("tilt_rad", 0.01755) == "17.6 mrad"
+        and shown("speed_scale_m_per_s", 1.2) == "1.20 m/s"
+        and shown("rate_per_m", 0.05) == "0.0500 1/m"
+        and shown("slope_s_per_m", -0.1294) == "−0.129 s/m"
+        and shown("rate_per_s2", 9.65) == "9.65 1/s²"
+        and parameter_words("slope_s_per_m") == "slope"
+        and parameter_words("speed_scale_m_per_s") == "speed scale"
         and shown("offset_s", 1.474e-4) == "147 µs"
         and shown("x_m", 2e-4) == "0.200 mm"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import isfinite
 
 from analysis.gap.tests_by_hand import words_of
@@ -16,10 +17,7 @@ STAGES = {
 }
 #: ending of a parameter's name -> (factor to the shown unit, unit); longest first
 _UNITS = (
-    ("m_per_s", 1.0, "m/s"),
     ("per_run", 100.0, "% per run"),
-    ("per_s", 1.0, "1/s"),
-    ("per_m", 1.0, "1/m"),
     ("direction_rad", 57.29578, "°"),
     ("rad", 1e3, "mrad"),
     ("px", 1.0, "px"),
@@ -28,6 +26,9 @@ _UNITS = (
     ("_m", 1e3, "mm"),
     ("_s", 1e6, "µs"),
 )
+# A unit put together at a name's end: swirl_per_s2, slope_s_per_m, velocity_m_per_s.
+_COMPOSED = re.compile(r"_(?:(m|s|rad|kg)_)?per_(m|s)(2|3|)$")
+_POWERS = {"": "", "2": "²", "3": "³"}
 _NAMES = {
     "restitution_fast": "restitution of fast impacts",
     "relative_per_s": "change over a run",
@@ -54,6 +55,10 @@ def unit_of(parameter: str) -> tuple[float, str]:
     """Factor and unit in which a parameter is shown, from its name's ending."""
     if parameter == "relative_per_s":
         return 100.0, "% per s"
+    composed = _COMPOSED.search(parameter)
+    if composed is not None:
+        above, below, power = composed.groups()
+        return 1.0, f"{above or '1'}/{below}{_POWERS[power]}"
     return next(((factor, unit) for ending, factor, unit in _UNITS if parameter.endswith(ending)), (1.0, ""))
 
 
@@ -79,7 +84,8 @@ def parameter_words(parameter: str) -> str:
     """``speed_scale_m_per_s`` -> ``speed scale``."""
     if parameter in _NAMES:
         return _NAMES[parameter]
-    for ending in ("_rad_per_s", "_m_per_s", "_per_s", "_per_m", "_rad", "_px", "_hz", "_kg", "_m", "_s"):
+    parameter = _COMPOSED.sub("", parameter)
+    for ending in ("_rad", "_px", "_hz", "_kg", "_m", "_s"):
         if parameter.endswith(ending) and len(parameter) > len(ending):
             return parameter[: -len(ending)].replace("_", " ")
     return parameter.replace("_", " ")
