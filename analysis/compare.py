@@ -81,7 +81,7 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpa
     """What the impact law makes of each measured approach: measured and simulated normal and tangential speed
     and spin after.
 
-    Luding law with a heavy Host (thesis eqs (91)-(102), checked in ERRATA), or a spring along the wall where contacts
+    Luding law with a heavy Host (thesis eqs (91)-(102)), or a spring along the wall where contacts
     last (:mod:`analysis.contact.tangential.lasting`); spin by the tangential impulse,
     omega+ = omega- + (v_t+ - v_t-) / (R (1 + q)).  Impacts without a measured approach have null predictions.
     ``laws``: written ones, which add to its numbers at each impact (:func:`laws_at_impacts`).

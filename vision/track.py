@@ -43,7 +43,7 @@ _LEAST_TURN_RAD = 1e-4  # during the exposure; less draws a marker 20 mm from th
 
 
 class Tracks(NamedTuple):
-    """`tracks`: the table of FORMATS.md; `notes`: what a reader should know (gaps, bad pictures, lost markers);
+    """`tracks`: the table (docs/chain.md); `notes`: what a reader should know (gaps, bad pictures, lost markers);
     `walls`: inner wall of the Host and rim of the NES from the pictures (table ``walls``)."""
 
     tracks: pd.DataFrame

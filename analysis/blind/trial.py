@@ -1,6 +1,6 @@
 """The blind trial: cases nobody has seen, the hash of each truth written before any of them is answered.
 
-A trial folder holds `manifest.json` (the hashes, written first), `cases/case-NNN/` (series as FORMATS.md
+A trial folder holds `manifest.json` (the hashes, written first), `cases/case-NNN/` (series as docs/chain.md
 has them), `sealed/case-NNN.json` (the truths; left out when the trial is sealed) and later `answers/case-
 NNN/diagnosis.json`. A sealed trial keeps its seed to itself: the truths are made again from it when the
 answers are scored.

@@ -2,7 +2,7 @@
 
 Three residuals per impact.  Normal: ``v_n' - eps v_n``.  Tangential, with the *measured* normal impulse: the tangential
 impulse per mass against ``min((1 + beta_0) |v_t| / (1 + 1/q), mu_c j_n)``.  Angular: ``q R d(omega) - j_t``, free of
-all parameters. (Thesis eqs 88-107, with ERRATA; a heavy Host, M_H >> M_N.)
+all parameters. (Thesis eqs 88-107; a heavy Host, M_H >> M_N.)
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What the impacts together say about wall friction and tangential restitution: a joint likelihood over both.
 
 One impact gives one number, min(beta_0, beta_1): its zero set in the plane of the two parameters is an L
-(thesis Fig. 64, ERRATA).  Summed over impacts on both sides of the critical angle the L's close on a point;
+(thesis Fig. 64, and its erratum).  Summed over impacts on both sides of the critical angle the L's close on a point;
 on one side only they leave one parameter with a bound.
 """
 

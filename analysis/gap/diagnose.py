@@ -70,7 +70,7 @@ class _Judged:
 def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] = frozenset()) -> Diagnosis:
     """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``).
 
-    ``withheld``: effects taken out of the library for a trial (GAP.md, check b)."""
+    ``withheld``: effects taken out of the library for a trial."""
     ladder, chance = run_ladder(series, rng, withheld), rng.spawn(1)[0]
     with _judged_beside(ladder, chance) as without_laws:
         laws, last = write_laws(ladder, rng, withheld)

@@ -1,4 +1,4 @@
-"""The sections of recording.toml as FORMATS.md has them; what is wrong in one of them is said here."""
+"""The sections of recording.toml (docs/reference/recording-toml.md); what is wrong in one of them is said here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The causes that the diagnosis knows by name, at the sizes of this rig: FORMATS.md lists most, the library has more.
+"""The causes that the diagnosis knows by name, at the sizes of this rig.
 
 Each returns its true parameters by the names of `ovines simulate` and `diagnosis.json`, relative changes
 from the first run or from a run's start as these count them.
@@ -234,7 +234,6 @@ LISTED = [
 
 # In the order that a trial draws them in.
 LISTED_GROUPS: dict[str, tuple[str, ...]] = {
-    # FORMATS.md lists them
     "listed": (
         "floor_friction",
         "spin_coupling",

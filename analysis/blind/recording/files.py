@@ -1,4 +1,4 @@
-"""A plant's series as files: the layout of FORMATS.md."""
+"""A plant's series as files, in the layout of docs/chain.md."""
 
 import json
 from dataclasses import dataclass
@@ -130,7 +130,7 @@ def calibration_of(views: list[View]) -> dict[str, Any]:
 
 
 def write_series(series: Series, folder: Path) -> None:
-    """Write a series in the layout of FORMATS.md: `calibration.json`, `run-NN/recording.toml`, `run-
+    """Write a series in the layout of docs/chain.md: `calibration.json`, `run-NN/recording.toml`, `run-
     NN/tracks.parquet`.
     The truth is not written here."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -9,7 +9,7 @@ from analysis.blind.causes.named import CAUSES
 from analysis.blind.scoring.intervals import Figure, mean, proportion
 from analysis.blind.scoring.parameters import missed_above_limit, parameter_checks
 
-# FORMATS.md: with a nominal model that has no friction at all, naming either or both is right.
+# With a nominal model that has no friction at all, naming either or both is right.
 EITHER = {"floor_friction": ("floor_friction", "spin_coupling")}
 LARGE = 0.7  # severities from here on are called large; 1 is what an experimenter would notice
 NOISES = ("white", "ar1", "warp")

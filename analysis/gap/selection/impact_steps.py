@@ -41,7 +41,7 @@ from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.outlines import ELLIPSE_TERMS
 
 Array = NDArray[np.float64]
-# Restitution scatters by up to 0.03 from impact to impact (GAP.md), contact distances by the lens residual: more has a
+# Restitution scatters by up to 0.03 from impact to impact, contact distances by the lens residual: more has a
 # cause.
 USUAL_SCATTER = 0.03
 LEAST_IMPACTS = 8

@@ -1,4 +1,5 @@
-"""Sliding and spinning friction of a disk on a floor: Farkas' functions, regularised (thesis Eq. 45-54, ERRATA)."""
+"""Sliding and spinning friction of a disk on a floor: Farkas' functions, regularised (thesis Eq. 45-54;
+its errata: docs/reference/thesis-errata.md)."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ def smooth_parts(
     """What Farkas' functions are made of, smooth down to modulus k = 0: the force over k below a ratio of 1, and itself
     above; the torque below, and over k above; the force's slope below, and over k^3 above.
 
-    Sums of Bulirsch's K, B, C, D (ERRATA).
+    Sums of Bulirsch's K, B, C, D, which keep their digits.
     """
     first, b, c, d = integrals
     second = b + kc2 * d
@@ -150,7 +151,7 @@ def floor_friction(
     ``vx, vy, spin`` are relative to the floor; ``strength`` is coefficient times load (m/s^2).
     ``coupling`` 1 is Farkas, 0 plain Coulomb (no torque), between them a linear mixture.  Coulomb is
     regularised by tanh(v/v_d) (Eq. 22); Farkas by the single tanh(sqrt(v^2 + R^2 omega^2)/v_d) for both
-    force and torque: a factor each as in (52)-(53) would damp twice (ERRATA).
+    force and torque: a factor each as in (52)-(53) would damp twice.
     """
     square = vx * vx + vy * vy
     speed = math.sqrt(square)

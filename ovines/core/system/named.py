@@ -62,7 +62,7 @@ def _rabinowicz() -> Scenario:
 
 
 def _farkas_stop() -> Scenario:
-    """Eq. 80-84 with mu g = 10 m/s^2, v0 = 1 m/s, R = 1 m (gamma = 0.1), Omega_0 = 1/T_0 (ERRATA): omega(0) = 10
+    """Eq. 80-84 with mu g = 10 m/s^2, v0 = 1 m/s, R = 1 m (gamma = 0.1), Omega_0 = 1/T_0 (an erratum): omega(0) = 10
     rad/s.
     """
     friction = FloorFriction(1.0, "farkas", "ground", 1e-4, 10.0)
@@ -91,7 +91,7 @@ def _table_13() -> Scenario:
 
 
 def _shaken(name: str, wall_friction: float, floor: float) -> Scenario:
-    """Tables 14-15: the Host's y = A (cos - 1), A = -1.85 cm, the only harmonic that starts at rest at 0 (ERRATA).
+    """Tables 14-15: the Host's y = A (cos - 1), A = -1.85 cm, the only harmonic that starts at rest at 0 (an erratum).
 
     As a sum of sines: a constant (frequency 0) and a sine of phase -pi/2.  The other sign would take the wall away from
     the disk, and case 1 would never touch it.  The disk lies on the Host's floor; v_d = 1 mm/s, not given in the

@@ -1,6 +1,6 @@
 """Shaker figures: amplitude of a given acceleration, best amplitude, radii within a limit (thesis Eq. 108, 124-127).
 
-ERRATA: the thesis' (125) has two sides that differ by 0.8, and its 4.536 cm takes the 0.8 twice; here once or not.
+Erratum: the thesis' (125) has two sides that differ by 0.8, and its 4.536 cm takes the 0.8 twice; here once or not.
 """
 
 from __future__ import annotations

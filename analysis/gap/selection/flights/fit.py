@@ -23,7 +23,7 @@ from ovines.workers.threads import in_threads
 Array = NDArray[np.float64]
 
 # Prior sds over the contact radius: of the lens residual's polynomials (0.03 mm of 40 mm: what a good calibration
-# leaves, GAP.md: 0.05 mm at most), and of the markers' origin.
+# leaves: 0.05 mm at most), and of the markers' origin.
 LENS_SD_SHARE, ORIGIN_SD_SHARE = 7.5e-4, 0.025
 # Terms of a written law are columns where a run holds one.
 ALL = tuple(i for i, name in enumerate(SHARED) if name not in (*LAW_TERMS, *GIVEN))

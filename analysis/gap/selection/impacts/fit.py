@@ -123,7 +123,7 @@ def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> Impac
     """Wall (centre, radius, disk centre, and what its ``shape`` has besides) and nominal law."""
     junctions = intersect(fits)
     run = fits[0].run
-    # Placement of the markers (GAP.md): a wall centre or disk centre within 0.1 mm belongs to the recalibrated nominal
+    # Placement of the markers: a wall centre or disk centre within 0.1 mm belongs to the recalibrated nominal
     # model.
     start, terms = shape.wall(run.wall), shape.terms(run.wall)
     extra = None
