@@ -99,7 +99,6 @@ def with_named_contact_law(
     ladder = with_contacts_of(ladder, flights, rng, withheld)
     ladder = replace(
         ladder,
-        flights=replace(ladder.flights, fitted=_holding(ladder.flights.fitted, named)),
         impacts=replace(ladder.impacts, nominal=nominal),
         causes=tuple(sorted((*ladder.causes, cause), key=lambda one: -one.strength)),
     )

@@ -18,6 +18,8 @@ from analysis.gap.prediction.one_impact_ahead import through_impacts
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import FlightModel
 from analysis.gap.selection.impacts.floor import impact_floor
+from ovines.core.effects import EFFECTS, is_law
+from ovines.core.laws.terms import rows_of
 from ovines.recording_schema import Nominal
 
 Array = NDArray[np.float64]
@@ -68,10 +70,17 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
                 after,
                 ladder.impacts.restitution_terms,
                 finite=ladder.impacts.shape.finite,
-                held=ladder.flights.fitted.fits[0].run.law,
+                held=np.vstack([ladder.flights.fitted.fits[0].run.law, _laws_by_name(causes)]),
             ),
         }
     return errors, predict.table(runs, paths, ladder.series.frame)
+
+
+def _laws_by_name(causes: tuple[Cause, ...]) -> Array:
+    """Packed rows of those that are laws of the impacts; laws of the flights are held by these."""
+    named = [cause for cause in causes if cause.stage == "impact" and is_law(cause.effect)]
+    told = [(EFFECTS[one.effect], {name: value for name, (value, _) in one.parameters.items()}) for one in named]
+    return rows_of([term for effect, values in told for term in effect.law(effect.nearest(values)).terms])
 
 
 def _hits(ladder: Ladder, model: Nominal | None) -> dict[str, Hit]:
