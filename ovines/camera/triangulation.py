@@ -43,6 +43,8 @@ def triangulate_points(
     uv_px : per camera (N, 2), full-sensor pixels; NaN where one of more than two did not see the point
     sd_px : per camera (N,), standard deviation of each coordinate
 
+    Notes
+    -----
     Starts from the point nearest to all rays and takes Gauss-Newton steps (Hartley and Zisserman,
     Multiple View Geometry, ch. 12); vectorised over the points.  More than two views leave more than one residual:
     ``epipolar_px`` is then NaN.  A point that fewer than two saw is NaN.
