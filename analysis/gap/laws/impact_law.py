@@ -12,6 +12,7 @@ from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.found import Found
+from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.choice.search import LEVEL, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
@@ -37,10 +38,13 @@ from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws import words as W
+from ovines.core.laws.terms import WrittenLaw
 
 FEWEST_IMPACTS = 20
 # Impacts that had counted as gross, from which on a law that explains them is chosen once more.
 FEWEST_REGAINED = 5
+# A law is chosen so often more at the most, each time with the sides that the last one gives the impacts.
+CHOSEN_AGAIN = 3
 # Step of the azimuth by which a wall's slope is told, and the steepest that is one: a step in a formula is none.
 LEAN_STEP_RAD, MOST_LEAN_RAD = 0.01, 0.2
 #: what acts on each coordinate of an impact
@@ -98,7 +102,62 @@ def find_impact_law(
         if again is not None:
             found, p = again, chance
             sharp = law_regression(impacts, fits, restitution_terms, law_at(found.parts, values_of(found)))
+    found, p, sharp = _with_its_sides(
+        (found, p, sharp),
+        lambda law: law_regression(impacts, fits, restitution_terms, law, sides_of_law=True),
+        lambda rows: find_law(rows.problem, rows.columns, asked(rows), rng, level, of_impacts(rows.known)),
+    )
     return told_law(sharp, found, p, frame)
+
+
+def _with_its_sides(
+    chosen: tuple[Found, float, ImpactRegression],
+    beside: Callable[[WrittenLaw], ImpactRegression],
+    choose: Callable[[ImpactRegression], tuple[Found | None, float]],
+) -> tuple[Found, float, ImpactRegression]:
+    """The law that was ``chosen``, how often chance finds as much, and its rows; or one that says more of the impulses,
+    chosen with the sides that it gives them itself.
+
+    An impact that would slide on the nominal wall may stick on its own; one that is taken for stuck and has slid, where
+    friction is less, looks like another return, and what is told of it would be a law of its own: sides are asked of
+    the part that is friction's alone, too.  ``beside`` a law: the rows with its sides, of which to ``choose``."""
+    last = chosen[2]
+    for _ in range(CHOSEN_AGAIN):
+        best, cost = None, _cost(chosen[2], chosen[0])
+        for law in _telling_sides(chosen[0]):
+            sides = beside(law)
+            if not _changed_sides(last, sides):
+                continue
+            again, chance = choose(sides)
+            if again is None:
+                continue
+            after = beside(law_at(again.parts, values_of(again)))
+            if _cost(after, again) < cost:
+                best, cost = ((again, chance, after), sides), _cost(after, again)
+        if best is None:
+            break
+        chosen, last = best
+    return chosen
+
+
+def _telling_sides(found: Found) -> list[WrittenLaw]:
+    """A law, and its part that is wall friction's where it is not all that it says of the impulse along the wall."""
+    law = law_at(found.parts, values_of(found))
+    friction = tuple(term for term in law.terms if term.target == "wall_friction")
+    others = any(term.target == "tangential_restitution" for term in law.terms)
+    return [law, replace(law, terms=friction)] if friction and others else [law]
+
+
+def _changed_sides(rows: ImpactRegression, others: ImpactRegression) -> bool:
+    """Whether an impact sticks in one of them and slides in the other."""
+    slides = [one.answers["wall_friction"] != 0.0 for one in (rows, others)]
+    return bool(np.any(slides[0] != slides[1]))
+
+
+def _cost(rows: ImpactRegression, found: Found) -> float:
+    """What a law leaves of the impulses along the wall, and the price of its unknowns."""
+    unknowns = sum(part.unknowns for part in found.parts)
+    return rows.misfit_along(law_at(found.parts, values_of(found))) + PER_UNKNOWN * unknowns
 
 
 def _regained(problem: ImpactRegression, sharp: ImpactRegression, found: Found) -> int:

@@ -92,7 +92,9 @@ def test_what_turns_and_blows_leave_is_in_the_dictionary(recorded, stage, causes
     assert {name: one for name, one in told.items() if one[0] < ENOUGH} == {}
 
 
-@pytest.mark.parametrize(("target", "column", "least"), [("restitution", W.TIME, 0.02), ("wall_friction", W.SLIP, 0.02)])
+@pytest.mark.parametrize(
+    ("target", "column", "least"), [("restitution", W.TIME, 0.02), ("wall_friction", W.SLIP, 0.02)]
+)
 def test_what_goes_with_a_logarithm_is_in_the_dictionary(recorded, target, column, least):
     """Creep in time, and contacts that have less time to grow: with its scale searched one form leaves a fiftieth (RMS)
     of log(x + least), what settles at one scale three times as much."""
@@ -205,3 +207,34 @@ def test_a_camera_that_steadies_its_picture_follows_the_disk(tmp_path):
     told = {one for law in laws for one in ((t, q) for t, names in quantities(law) for q in names)}
     assert told == {("picture_u", "nes_place_along"), ("picture_v", "nes_place_along")}
     assert all(law.closed > 0.9 for law in laws)
+
+
+def test_what_a_law_makes_of_friction_says_which_impacts_stick(tmp_path):
+    """A layer that creeps under a slow slip holds so little that most impacts slide, which the usual friction of the
+    wall takes for stuck: what these return, which grows with the blow then, was a second law beside the right one."""
+    series, true = made_series(tmp_path, "unknown_creeping_layer", 0.9, 81, runs=4)
+    impacts, fits = impact_fit(series)
+    law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None
+    (term,) = law.law.terms
+    assert (term.target, [one.quantity for one in term.factors]) == ("wall_friction", ["slip"]), as_text(law.law)
+    assert law.closed > 0.95
+    known = np.zeros((50, W.KNOWN_SIZE))
+    known[:, W.SLIP] = np.linspace(0.1, 1.5, 50)
+    told = np.empty((50, 1))
+    sizes(rows_of(law.rig_law.terms), known, told)
+    form = np.column_stack([np.ones(50), np.tanh(known[:, W.SLIP] / true["creep_m_per_s"])])
+    off = told[:, 0] - form @ np.linalg.lstsq(form, told[:, 0], rcond=None)[0]
+    assert np.std(off) < 0.1 * np.std(told)
+
+
+def test_friction_of_each_run_is_told_to_a_hundredth(tmp_path):
+    """Impacts that slide in a run of little friction would stick on the usual wall, and the other way round: taken so,
+    halves of the runs told sizes of 1.09 and 0.86, each to a few hundredths, and the law was not believed."""
+    series, _ = made_series(tmp_path, "unknown_fouled_wall", 1.1, 82, runs=4)
+    impacts, fits = impact_fit(series)
+    law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None and law.halves is not None
+    (term,) = law.law.terms
+    assert (term.target, [one.quantity for one in term.factors]) == ("wall_friction", ["run"]), as_text(law.law)
+    assert law.halves.agree and law.halves.sizes == pytest.approx((1.0, 1.0), abs=0.03)

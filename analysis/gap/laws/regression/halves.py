@@ -15,6 +15,9 @@ NORMAL_90 = 1.645
 # Sizes are known no better than to a hundredth each (scale, clock, a form that is nearly right): halves that differ by
 # less than both say the same, however narrow noise makes their intervals (0.5 % of a fan's law, known to 0.2 %).
 ALIKE = 0.02
+# Runs tell nothing of a law of which what is fitted along takes all but this share of the square: one run of a law that
+# goes with the run.
+LEAST_TOLD = 1e-6
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,7 @@ def scatter_of_runs(problem: Regression, moved: Array) -> float:
 def _size(problem: Regression, moved: Array) -> tuple[float, float]:
     """Size and sd of what a law does to the rows, every nuisance fitted along; an sd of 0 where they tell nothing."""
     _, size, covariance = Profile.of(problem).gain(moved[:, None])
-    if not covariance[0, 0] > 0:
+    if not 0 < covariance[0, 0] * float(moved @ moved) < 1 / LEAST_TOLD:
         return 0.0, 0.0
     excess = replace(problem, residual=problem.residual - size[0] * moved).excess
     return float(size[0]), float(np.sqrt(covariance[0, 0] * excess))

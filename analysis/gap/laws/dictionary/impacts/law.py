@@ -86,8 +86,8 @@ INVERSE_APPROACH = (Factor("approach", "absolute_power", -1.0),)
 CHANGES = (0.2, 0.4, 0.6, 0.8)
 # Quantiles of a speed or a spin at which something changes at once.
 STEPS = (0.05, 0.15, 0.3, 0.5, 0.7, 0.85)
-# Order of a form that falls ever more slowly, as creep does in time and the strength of contacts in the rate of slip: of
-# 1 / (1 + |x|^order) a half follows a logarithm to a hundredth over two decades.
+# Order of a form that falls ever more slowly, as creep does in time and the strength of contacts in the rate of slip:
+# 1 / (1 + |x|^order) of a half leaves a hundredth (RMS) of log(1 + |x|) over two decades.
 SLOWLY = 0.5
 # Angles of incidence (rad) at which something changes at once.
 GLANCES = (0.2, 0.45, 0.8)
