@@ -269,7 +269,7 @@ def _usual_share(missed: Array, data: LawData, kind: NDArray[np.bool_]) -> float
     return float(np.sqrt(max((MEDIAN_TO_SD * usual) ** 2 - noise**2, 0.0)))
 
 
-def _weights(left: Array, kind: Array) -> Array:
+def _weights(left: Array, kind: NDArray[np.int64]) -> Array:
     """Weights (M,) by which rows count no more than :data:`GROSS_SD` times what is usual among those of their ``kind``,
     an index (M,).  Whole rows: a residual that is cut alone makes the coefficients of what explains it too small.
 
