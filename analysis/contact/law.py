@@ -189,9 +189,9 @@ def stick_impulse(data: LawData, tangential_restitution: Array | float) -> Array
     return np.asarray(-wanted / data.mobility, float)
 
 
-def sticks(data: LawData, wall_friction: float, tangential_restitution: float) -> NDArray[np.bool_]:
+def sticks(data: LawData, wall_friction: Array | float, tangential_restitution: Array | float) -> NDArray[np.bool_]:
     """Which impacts stick (inform tangential restitution); the others slide (inform wall friction)."""
-    return np.abs(stick_impulse(data, tangential_restitution)) <= wall_friction * data.normal_impulse
+    return np.asarray(np.abs(stick_impulse(data, tangential_restitution)) <= wall_friction * data.normal_impulse, bool)
 
 
 def fit_restitution(

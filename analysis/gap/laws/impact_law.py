@@ -12,7 +12,8 @@ from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.found import Found
-from analysis.gap.laws.choice.search import LEVEL, find_law
+from analysis.gap.laws.choice.listed import PER_UNKNOWN
+from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
@@ -38,10 +39,13 @@ from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame
 from analysis.walls.outlines import LEAN_STEP_RAD, MOST_LEAN_RAD
 from ovines.core.laws import words as W
+from ovines.core.laws.terms import WrittenLaw
 
 FEWEST_IMPACTS = 20
 # Impacts that had counted as gross, from which on a law that explains them is chosen once more.
 FEWEST_REGAINED = 5
+# A law is chosen so often more at the most, each time with the sides that the last one gives the impacts.
+CHOSEN_AGAIN = 3
 #: what acts on each coordinate of an impact
 ACTS_ON = {
     "normal": ("restitution",),
@@ -97,7 +101,68 @@ def find_impact_law(
         if again is not None:
             found, p = again, chance
             sharp = law_regression(impacts, fits, restitution_terms, law_at(found.parts, values_of(found)))
+    found, p, sharp = _with_its_sides(
+        (found, p, sharp),
+        lambda law: law_regression(impacts, fits, restitution_terms, law, sides_of_law=True),
+        lambda rows, among: find_law(
+            rows.problem, rows.columns, among or asked(rows), rng, level, () if among else of_impacts(rows.known)
+        ),
+    )
     return told_law(sharp, found, p, frame)
+
+
+def _with_its_sides(
+    chosen: tuple[Found, float, ImpactRegression],
+    beside: Callable[[WrittenLaw], ImpactRegression],
+    choose: Callable[[ImpactRegression, Sequence[Candidate]], tuple[Found | None, float]],
+) -> tuple[Found, float, ImpactRegression]:
+    """The law that was ``chosen``, how often chance finds as much, and its rows; or one that says more of the impulses,
+    chosen with the sides that it gives them itself.
+
+    An impact that would slide on the nominal wall may stick on its own; one that is taken for stuck and has slid, where
+    friction is less, looks like another return, and what is told of it would be a law of its own: sides are asked of
+    the part that is friction's alone, too.  ``beside`` a law: the rows with its sides, of which to ``choose``, among
+    some candidates or all; one of the same form is kept unless another says clearly more."""
+    last = chosen[2]
+    for _ in range(CHOSEN_AGAIN):
+        best, cost = None, _cost(chosen[2], chosen[0])
+        for law in _telling_sides(chosen[0]):
+            sides = beside(law)
+            changed = _changed_sides(last, sides)
+            # Measured once more where any has changed sides; another form where as many as are chosen for again.
+            tried: list[tuple[Sequence[Candidate], float]] = [(chosen[0].parts, 0.0)] if changed else []
+            tried += [((), AS_GOOD)] if changed >= FEWEST_REGAINED else []
+            for among, least in tried:
+                again, chance = choose(sides, among)
+                if again is None:
+                    continue
+                after = beside(law_at(again.parts, values_of(again)))
+                if _cost(after, again) < cost - least:
+                    best, cost = ((again, chance, after), sides), _cost(after, again)
+        if best is None:
+            break
+        chosen, last = best
+    return chosen
+
+
+def _telling_sides(found: Found) -> list[WrittenLaw]:
+    """A law, and its part that is wall friction's where it is not all that it says of the impulse along the wall."""
+    law = law_at(found.parts, values_of(found))
+    friction = tuple(term for term in law.terms if term.target == "wall_friction")
+    others = any(term.target == "tangential_restitution" for term in law.terms)
+    return [law, replace(law, terms=friction)] if friction and others else [law]
+
+
+def _changed_sides(rows: ImpactRegression, others: ImpactRegression) -> int:
+    """How many impacts stick in one of them and slide in the other."""
+    slides = [one.answers["wall_friction"] != 0.0 for one in (rows, others)]
+    return int(np.count_nonzero(slides[0] != slides[1]))
+
+
+def _cost(rows: ImpactRegression, found: Found) -> float:
+    """What a law leaves of the impulses along the wall, and the price of its unknowns."""
+    unknowns = sum(part.unknowns for part in found.parts)
+    return rows.misfit_along(law_at(found.parts, values_of(found))) + PER_UNKNOWN * unknowns
 
 
 def _regained(problem: ImpactRegression, sharp: ImpactRegression, found: Found) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.held_laws import known_at_impacts
-from analysis.contact.law import LawData, fit_restitution, predicted_tangential, stick_impulse, sticks
+from analysis.contact.law import LawData, fit_restitution, stick_impulse, sticks
 from analysis.contact.restitution import restitution_design
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M
 from analysis.flights.fit import FlightFits
@@ -27,8 +27,8 @@ from ovines.robust import MEDIAN_TO_SD, residual_sd
 Array = NDArray[np.float64]
 # Gross errors count as so many sds; and so many rows of one kind say by themselves what is usual among them.
 GROSS_SD, FEWEST_OF_A_KIND = 5.0, 8
-# Rounds in which what is gross beside a law settles.
-SETTLED = 2
+# Rounds in which what is gross beside a law settles, and what sticks.
+SETTLED = 3
 # Where none is to count for many, rows count as no more than so many usual ones.
 EVEN_SD = 1.5
 # Model error of an impulse beside its own (share of it): rounding of sharp series, not physics.
@@ -61,6 +61,18 @@ class ImpactRegression:
             if term.target in self.answers:
                 out[:, j] = self.answers[term.target] * np.tile(size[:, j], len(out) // len(size))
         return out
+
+    def law_columns(self, law: WrittenLaw) -> Array:
+        """What a law adds to the rows (M,), nothing where it has no number."""
+        return np.asarray(np.nan_to_num(self.columns(law.terms)).sum(1), float)
+
+    def misfit_along(self, law: WrittenLaw) -> float:
+        """-2 log L of the impulses along the wall beside a law, its sds and weights told by what a spin that is added
+        would change; less a constant."""
+        rows, count = self.problem, len(self.known)
+        left = rows.residual - self.law_columns(law)
+        left = left - rows.nuisances @ np.linalg.lstsq(rows.nuisances, left, rcond=None)[0]
+        return float(np.sum(left[count:] ** 2) - 2 * np.sum(np.log(self.answers["spin_added"][count : 2 * count])))
 
     def weighed(self, weight: Array) -> ImpactRegression:
         """The same with rows that count by ``weight`` (M,)."""
@@ -98,27 +110,56 @@ def law_regression(
     restitution_terms: Sequence[str],
     law: WrittenLaw | None = None,
     scatter: float | None = None,
+    sides_of_law: bool = False,
 ) -> ImpactRegression:
     """Normal, tangential and angular residuals of the law, restitution's terms, wall friction and beta_0 as nuisances.
 
-    ``law``: one that is known to act, whose part of restitution's scatter is none; or that ``scatter`` itself."""
+    ``law``: one that is known to act, whose part of restitution's scatter is none; or that ``scatter`` itself.
+    ``sides_of_law``: whether impacts stick or slide as the law has it, not as the nominal one does."""
     data = impacts.data
-    count = len(data)
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     if scatter is None:
         scatter = usual_scatter(data, restitution_terms, of_target("restitution", law, known))
-    normal, design = _normal(data, restitution_terms, scatter)
-    tangential, tangential_sd, slides, stuck = _tangential(data, impacts)
+    normal = _normal(data, restitution_terms, scatter)
+    nominal = np.tile([[impacts.law.wall_friction], [impacts.law.tangential_restitution]], len(data))
+    rows, kind = _rows(impacts, known, normal, nominal, sticks(data, *nominal))
+    weight = _weights(rows.problem.residual, kind)
+    if law is not None:
+        added = np.zeros((len(TANGENTIAL), len(data)))
+        of_law = [of_target(target, law, known) for target in TANGENTIAL]
+        for i, one in enumerate(of_law):
+            added[i] = 0.0 if one is None else np.nan_to_num(one)
+        # What a law explains of a few impacts is no gross error, wherever its mean lies; and what it makes of friction
+        # and beta_0 says which impacts stick.
+        for _ in range(SETTLED):
+            beside, nuisances = rows.problem.residual - rows.law_columns(law), rows.problem.nuisances
+            means = np.linalg.lstsq(weight[:, None] * nuisances, weight * beside, rcond=None)[0]
+            if sides_of_law:
+                along = nominal + means[-2:, None] + added
+                rows, kind = _rows(impacts, known, normal, along, sticks(data, *along))
+                beside = rows.problem.residual - rows.law_columns(law)
+            weight = _weights(beside - rows.problem.nuisances @ means, kind)
+    return rows.weighed(weight)
+
+
+def _rows(
+    impacts: ImpactFit, known: Array, normal: tuple[Array, Array], along: Array, stick: NDArray[np.bool_]
+) -> tuple[ImpactRegression, NDArray[np.int64]]:
+    """Rows of all parts, beside the ``normal`` ones with their design, and the kind (3 K,) of each; ``along`` (2, K):
+    wall friction and beta_0 at each impact, which ``stick`` or slide."""
+    data, count = impacts.data, len(impacts.data)
+    left, design = normal
+    tangential, tangential_sd, slides, stuck = _tangential(data, impacts, along, stick)
     angular_sd = np.hypot(data.angular_sd, LEAST_SHARE * np.abs(data.tangential_impulse))
-    residual = np.concatenate([normal, tangential / tangential_sd, data.angular / angular_sd])
+    residual = np.concatenate([left, tangential / tangential_sd, data.angular / angular_sd])
     nuisances = np.zeros((3 * count, design.shape[1] + 2))
     nuisances[:count, : design.shape[1]] = design
     none = np.zeros(count)
     # Of the spin that the impulse has left a share is lost; the impulse is measured by the contact point's speed, in
     # which that spin is, too.
     q = data.inertia_factor
-    left = impacts.junctions.radius_m * data.spin + data.tangential_impulse / q
-    lost, turned = left * q / (1 + q), np.full(count, impacts.junctions.radius_m * q / (1 + q))
+    spun = impacts.junctions.radius_m * data.spin + data.tangential_impulse / q
+    lost, turned = spun * q / (1 + q), np.full(count, impacts.junctions.radius_m * q / (1 + q))
     answers = {
         "restitution": np.concatenate([design[:, 0], none, none]),
         "wall_friction": np.concatenate([none, slides / tangential_sd, none]),
@@ -134,15 +175,7 @@ def law_regression(
         residual, nuisances, np.zeros(nuisances.shape[1]), np.tile(np.arange(count), 3),
         np.tile(data.run, 3).astype(np.int64),
     )  # fmt: skip
-    rows = ImpactRegression(problem, known, answers)
-    weight = _weights(residual, kind)
-    if law is not None:
-        # What a law explains of a few impacts is no gross error, wherever its mean lies.
-        beside = residual - np.nan_to_num(rows.columns(law.terms)).sum(1)
-        for _ in range(SETTLED):
-            means = np.linalg.lstsq(weight[:, None] * nuisances, weight * beside, rcond=None)[0]
-            weight = _weights(beside - nuisances @ means, kind)
-    return rows.weighed(weight)
+    return ImpactRegression(problem, known, answers), kind
 
 
 def distance_regression(
@@ -206,12 +239,14 @@ def _normal(data: LawData, restitution_terms: Sequence[str], scatter: float) -> 
     return (data.after - design @ coefficients * data.before) / sd, design * (data.before / sd)[:, None]
 
 
-def _tangential(data: LawData, impacts: ImpactFit) -> tuple[Array, Array, Array, Array]:
-    """Residual of the impulse, its sd, and its change with wall friction and beta_0."""
-    law = impacts.law
-    wanted = stick_impulse(data, law.tangential_restitution)
-    stick = sticks(data, law.wall_friction, law.tangential_restitution)
-    predicted = predicted_tangential(data, law.wall_friction, law.tangential_restitution)
+def _tangential(
+    data: LawData, impacts: ImpactFit, along: Array, stick: NDArray[np.bool_]
+) -> tuple[Array, Array, Array, Array]:
+    """Residual of the nominal law's impulse, its sd, and its change with wall friction and beta_0, for impacts that
+    ``stick`` or slide where these are ``along`` (2, K)."""
+    law, (friction, beta) = impacts.law, along
+    wanted = stick_impulse(data, beta)
+    predicted = np.where(stick, wanted, np.sign(wanted) * friction * data.normal_impulse)
     missed = data.tangential_impulse - predicted
     scatter = law.tangential_scatter if np.isfinite(law.tangential_scatter) else 0.0
     share = np.full(len(data), scatter)
@@ -221,7 +256,8 @@ def _tangential(data: LawData, impacts: ImpactFit) -> tuple[Array, Array, Array,
     sd = np.hypot(np.hypot(data.tangential_sd, share * data.normal_impulse), LEAST_SHARE * np.abs(predicted))
     slides = np.where(stick, 0.0, np.sign(wanted) * data.normal_impulse)
     stuck = np.where(stick, -data.slip / data.mobility, 0.0)
-    return missed, sd, slides, stuck
+    off = slides * (friction - law.wall_friction) + stuck * (beta - law.tangential_restitution)
+    return missed + off, sd, slides, stuck
 
 
 def _usual_share(missed: Array, data: LawData, kind: NDArray[np.bool_]) -> float:
@@ -233,7 +269,7 @@ def _usual_share(missed: Array, data: LawData, kind: NDArray[np.bool_]) -> float
     return float(np.sqrt(max((MEDIAN_TO_SD * usual) ** 2 - noise**2, 0.0)))
 
 
-def _weights(left: Array, kind: Array) -> Array:
+def _weights(left: Array, kind: NDArray[np.int64]) -> Array:
     """Weights (M,) by which rows count no more than :data:`GROSS_SD` times what is usual among those of their ``kind``,
     an index (M,).  Whole rows: a residual that is cut alone makes the coefficients of what explains it too small.
 

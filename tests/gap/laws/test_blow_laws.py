@@ -92,6 +92,30 @@ def test_what_turns_and_blows_leave_is_in_the_dictionary(recorded, stage, causes
     assert {name: one for name, one in told.items() if one[0] < ENOUGH} == {}
 
 
+@pytest.mark.parametrize(
+    ("target", "column", "least"), [("restitution", W.TIME, 0.02), ("wall_friction", W.SLIP, 0.02)]
+)
+def test_what_goes_with_a_logarithm_is_in_the_dictionary(recorded, target, column, least):
+    """Creep in time, and contacts that have less time to grow: with its scale searched one form leaves a fiftieth (RMS)
+    of log(x + least), what settles at one scale three times as much."""
+    known = recorded[2].known
+    follows = np.log(np.abs(known[:, column]) + least)
+    left = {}
+    for one in law_candidates(known):
+        if len(one.terms) == 1 and one.terms[0].target == target and len(one.numbers) == 1:
+            best = np.inf
+            for step in np.linspace(-3.0, 3.0, 25):
+                value = np.empty((len(known), 1))
+                sizes(rows_of(one.at([one.numbers[0] * np.exp(step)]).terms), known, value)
+                table = np.column_stack([np.ones(len(known)), value])
+                off = follows - table @ np.linalg.lstsq(table, follows, rcond=None)[0]
+                best = min(best, float(np.std(off) / np.std(follows)))
+            left[one.name] = min(left.get(one.name, np.inf), best)
+    slowly = [share for name, share in left.items() if "ever more slowly" in name]
+    assert slowly and min(slowly) < 0.02
+    assert min(share for name, share in left.items() if "ever more slowly" not in name) > 2 * min(slowly)
+
+
 def test_rates_that_no_list_holds_are_found(recorded):
     """Of a residual that the cause alone makes, one of the best of all rates closes nine tenths, and pays for having
     been looked for."""
@@ -183,3 +207,34 @@ def test_a_camera_that_steadies_its_picture_follows_the_disk(tmp_path):
     told = {one for law in laws for one in ((t, q) for t, names in quantities(law) for q in names)}
     assert told == {("picture_u", "nes_place_along"), ("picture_v", "nes_place_along")}
     assert all(law.closed > 0.9 for law in laws)
+
+
+def test_what_a_law_makes_of_friction_says_which_impacts_stick(tmp_path):
+    """A layer that creeps under a slow slip holds so little that most impacts slide, which the usual friction of the
+    wall takes for stuck: what these return, which grows with the blow then, was a second law beside the right one."""
+    series, true = made_series(tmp_path, "unknown_creeping_layer", 0.9, 81, runs=4)
+    impacts, fits = impact_fit(series)
+    law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None
+    (term,) = law.law.terms
+    assert (term.target, [one.quantity for one in term.factors]) == ("wall_friction", ["slip"]), as_text(law.law)
+    assert law.closed > 0.95
+    known = np.zeros((50, W.KNOWN_SIZE))
+    known[:, W.SLIP] = np.linspace(0.1, 1.5, 50)
+    told = np.empty((50, 1))
+    sizes(rows_of(law.rig_law.terms), known, told)
+    form = np.column_stack([np.ones(50), np.tanh(known[:, W.SLIP] / true["creep_m_per_s"])])
+    off = told[:, 0] - form @ np.linalg.lstsq(form, told[:, 0], rcond=None)[0]
+    assert np.std(off) < 0.1 * np.std(told)
+
+
+def test_friction_of_each_run_is_told_to_a_hundredth(tmp_path):
+    """Impacts that slide in a run of little friction would stick on the usual wall, and the other way round: taken so,
+    halves of the runs told sizes of 1.09 and 0.86, each to a few hundredths, and the law was not believed."""
+    series, _ = made_series(tmp_path, "unknown_fouled_wall", 1.1, 82, runs=4)
+    impacts, fits = impact_fit(series)
+    law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None and law.halves is not None
+    (term,) = law.law.terms
+    assert (term.target, [one.quantity for one in term.factors]) == ("wall_friction", ["run"]), as_text(law.law)
+    assert law.halves.agree and law.halves.sizes == pytest.approx((1.0, 1.0), abs=0.03)

@@ -192,6 +192,35 @@ def test_halves_that_disagree_say_so():
     assert halves(0.3).entry()["sizes"][1]["value"] == pytest.approx(0.3, abs=0.25)
 
 
+def slid(size):
+    """Halves of a law of ``size`` that acts in the seven blows which slid, five of them in one run of eight."""
+    rng = np.random.default_rng(2)
+    run = np.repeat(np.arange(8), 20)
+    slides = np.zeros(160)
+    slides[[80, 84, 88, 92, 96, 121, 141]] = 1.0
+    moved = slides * np.array([0.3, 0.9, 0.4, 0.8, 0.6, 0.5, 0.7])[np.cumsum(slides).astype(int) - 1] * 100.0
+    residual = size * moved + rng.standard_normal(160)
+    nuisances = np.column_stack([slides, 1.0 - slides])
+    return halves_of(Regression(residual, nuisances, np.zeros(2), np.arange(160), run), moved)
+
+
+def test_few_blows_in_few_runs_are_halved_themselves():
+    """Of the runs one half holds a single blow that slid, and the wall's friction is free in it: it tells nothing."""
+    found = slid(1.0)
+    assert found.agree and found.both_show_it
+    assert found.sizes == pytest.approx((1.0, 1.0), abs=0.1)
+    assert not slid(0.0).both_show_it
+
+
+def test_one_run_tells_nothing_of_what_goes_with_the_run():
+    """The constant takes it but for the last digits, and a size of 1e11 came of these; halves of the impacts do."""
+    rng = np.random.default_rng(3)
+    run = np.repeat(np.arange(3), 40)
+    moved = 8.0 / 3.0 * run
+    problem = Regression(moved + rng.standard_normal(120), np.ones((120, 1)), np.zeros(1), np.arange(120), run)
+    assert halves_of(problem, moved).sizes == pytest.approx((1.0, 1.0), abs=0.3)
+
+
 @dataclass(frozen=True)
 class Asked:
     """Of a ladder what the search for laws of the measurement asks: what it tells and how its flights fit."""

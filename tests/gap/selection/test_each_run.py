@@ -30,6 +30,12 @@ def test_a_rim_that_is_wiped_before_some_runs(tmp_path):
     assert "in no order" in unknown_test("impact", EACH_RUN)
 
 
+def test_a_wall_that_is_damp_in_some_runs_where_few_blows_slide(tmp_path):
+    """Two or three in a run do, and tell its friction to a hundredth; of the nominal friction's sides most runs had
+    none."""
+    assert ("tangential", EACH_RUN) in left_at_impacts(tmp_path, "unknown_moist_wall", 0.7, 94, runs=6)
+
+
 @pytest.mark.parametrize("kind", ["none", "restitution_drift"])
 def test_nothing_is_left_where_runs_are_alike_or_drift(tmp_path, kind):
     assert left_at_impacts(tmp_path, kind, 1.0, 902, runs=3) == set()

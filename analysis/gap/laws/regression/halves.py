@@ -1,4 +1,4 @@
-"""A law's size by halves of the runs, and how single runs scatter about it."""
+"""A law's size by halves of the runs, or of the impacts that it acts in, and how single runs scatter about it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ NORMAL_90 = 1.645
 # Sizes are known no better than to a hundredth each (scale, clock, a form that is nearly right): halves that differ by
 # less than both say the same, however narrow noise makes their intervals (0.5 % of a fan's law, known to 0.2 %).
 ALIKE = 0.02
+# Runs tell nothing of a law of which what is fitted along takes all but this share of the square: one run of a law that
+# goes with the run.
+LEAST_TOLD = 1e-6
 
 
 @dataclass(frozen=True)
 class Halves:
     """A law's size, 1 being the one told, fitted to every second run alone (the first, third, ...) and to the others,
-    with sds."""
+    with sds; of a law that acts in too few runs for that, to every second flight or impact that it acts in."""
 
     sizes: tuple[float, float]
     sds: tuple[float, float]
@@ -47,18 +50,30 @@ def second_half(problem: Regression) -> NDArray[np.bool_]:
     return np.asarray(np.unique(problem.run, return_inverse=True)[1] % 2 == 1, bool)
 
 
+def second_acting(problem: Regression, moved: Array) -> NDArray[np.bool_]:
+    """Which rows (M,) are of every second flight or impact that a law does something to; the others it leaves alone
+    are shared out by turns, too."""
+    numbers, block = np.unique(problem.block, return_inverse=True)
+    acts = np.bincount(block, moved != 0.0, len(numbers)) > 0
+    turn = np.where(acts, np.cumsum(acts), np.cumsum(~acts))
+    return np.asarray(turn[block] % 2 == 0, bool)
+
+
 def halves_of(problem: Regression, moved: Array) -> Halves | None:
     """Sizes of what a law does to the rows (M,) by halves of the runs, every nuisance fitted anew to each; None of one
-    run, or where a half tells nothing."""
-    second = second_half(problem)
-    if not np.any(second):
+    run, or where a half tells nothing.
+
+    A law of the few blows that slide may act in two or three runs, of which one half then has nothing to say: the
+    blows that it acts in are halved in place of the runs."""
+    if len(np.unique(problem.run)) < 2:
         return None
     scatter = scatter_of_runs(problem, moved)
-    fits = [_size(part_of(problem, own), moved[own]) for own in (~second, second)]
-    if not all(sd > 0 for _, sd in fits):
-        return None
-    (first, first_sd), (other, other_sd) = fits
-    return Halves((first, other), (scatter * first_sd, scatter * other_sd))
+    for second in (second_half(problem), second_acting(problem, moved)):
+        fits = [_size(part_of(problem, own), moved[own]) for own in (~second, second)]
+        if all(sd > 0 for _, sd in fits):
+            (first, first_sd), (other, other_sd) = fits
+            return Halves((first, other), (scatter * first_sd, scatter * other_sd))
+    return None
 
 
 def scatter_of_runs(problem: Regression, moved: Array) -> float:
@@ -81,7 +96,7 @@ def scatter_of_runs(problem: Regression, moved: Array) -> float:
 def _size(problem: Regression, moved: Array) -> tuple[float, float]:
     """Size and sd of what a law does to the rows, every nuisance fitted along; an sd of 0 where they tell nothing."""
     _, size, covariance = Profile.of(problem).gain(moved[:, None])
-    if not covariance[0, 0] > 0:
+    if not 0 < covariance[0, 0] * float(moved @ moved) < 1 / LEAST_TOLD:
         return 0.0, 0.0
     excess = replace(problem, residual=problem.residual - size[0] * moved).excess
     return float(size[0]), float(np.sqrt(covariance[0, 0] * excess))

@@ -4,14 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtrc, fdtrc
 
-from analysis.contact.law import Law, LawData, predicted_tangential, sticks
+from analysis.contact.law import Law, LawData, predicted_tangential, stick_impulse, sticks
 from analysis.gap.cause import EACH_RUN
-from analysis.gap.selection.impacts.covariates import PROBES, covariates, run_columns, runs_by_chance, standardised
+from analysis.gap.selection.impacts.covariates import (
+    FEWEST_RUNS,
+    PROBES,
+    covariates,
+    run_columns,
+    runs_by_chance,
+    standardised,
+)
 from analysis.gap.selection.impacts.gain import ImpactGain
 from analysis.statistics.gain import regress
 
 Array = NDArray[np.float64]
+
+# A percent of model error of an impulse keeps the noise-free ones from ruling alone.
+MODEL_SHARE = 0.01
+# Impacts that slide, or stick, of which probes ask.
+FEWEST_FOR_PROBES = 15
+# An impact has surely slid where it gives so many sds, and this share, less than a stick asks for.
+SURE_SD, SURE_SHARE = 5.0, 0.1
+# So many impacts beyond one in each run say how far friction scatters within a run, but for this share, which may be
+# gross; nothing is told less likely than this.
+FEWEST_WITHIN, GROSS_SHARE, LEAST_P = 2, 0.1, 1e-200
 
 
 def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
@@ -29,14 +47,16 @@ def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
     predicted = predicted_tangential(data, law.wall_friction, law.tangential_restitution)
     out = []
     for residual, part in (("sliding", sliding), ("sticking", ~sliding)):
-        # Relative to the impulse the law predicts; a percent of model error keeps the noise-free ones from ruling
-        # alone.
+        # Relative to the impulse the law predicts.
         size = np.abs(predicted)
         strong = part & (size > 0.02)
-        if np.count_nonzero(strong) < 15:
+        enough = np.count_nonzero(strong) >= FEWEST_FOR_PROBES
+        if residual == "sliding" and not (enough and run_columns(data.run[strong]) is not None):
+            out += _friction_by_run(data, law)
+        if not enough:
             continue
         y = (np.abs(data.tangential_impulse) - size)[strong] / size[strong]
-        error = np.sqrt((data.tangential_sd[strong] / size[strong]) ** 2 + 0.01**2)
+        error = np.sqrt((data.tangential_sd[strong] / size[strong]) ** 2 + MODEL_SHARE**2)
         out += _regressions(residual, groups, {k: v[strong] for k, v in table.items()}, y, error)
         out += _run_regression(residual, data.run[strong], y, error)
     angular_sd = np.sqrt(data.angular_sd**2 + (0.002 * data.normal_impulse) ** 2)
@@ -64,3 +84,53 @@ def _run_regression(residual: str, run: NDArray[np.int64], y: Array, sd: Array) 
     gain, estimate, e, size, significance = regress(np.column_stack([np.ones(len(y)), columns]), y, sd)
     gain -= runs_by_chance(columns)
     return [ImpactGain(EACH_RUN, residual, gain, size, estimate, e, False, significance)]
+
+
+def _friction_by_run(data: LawData, law: Law) -> list[ImpactGain]:
+    """A friction of each run's own where few impacts slide in each: those that surely have, each of which tells
+    friction to a hundredth, lie farther apart between runs than within them, whichever run is left out.
+
+    By the impulse, not by the nominal friction: beside that, those of a run of little friction pass for stuck."""
+    wanted, given = np.abs(stick_impulse(data, law.tangential_restitution)), np.abs(data.tangential_impulse)
+    sd = np.hypot(data.tangential_sd, MODEL_SHARE * wanted)
+    slid = wanted - given > np.maximum(SURE_SD * sd, SURE_SHARE * wanted)
+    friction = given / data.normal_impulse
+    slid = _without_gross(friction, data.run, slid)
+    numbers, which = np.unique(data.run[slid], return_inverse=True)
+    if len(numbers) <= FEWEST_RUNS:
+        return []
+    run, friction, noise = data.run[slid], friction[slid], (data.tangential_sd / data.normal_impulse)[slid]
+    usual = float(np.median(friction))
+    off, weight = friction / usual - 1, 1 / ((noise / usual) ** 2 + MODEL_SHARE**2)
+    p = max(_chance_of_runs(off[run != one], weight[run != one], run[run != one]) for one in numbers)
+    told = np.bincount(which, weight)
+    means = np.bincount(which, weight * off) / told
+    # As much as a pair of columns that chance gives as seldom.
+    gain, size = -2 * float(np.log(max(p, LEAST_P))), float(np.std(means[which]))
+    return [ImpactGain(EACH_RUN, "sliding", gain, size, means, 1 / np.sqrt(told), False, float(np.sqrt(gain)))]
+
+
+def _without_gross(values: Array, run: NDArray[np.int64], own: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """``own`` (K,) without the share of them that lie farthest off the medians of their runs."""
+    out = own.copy()
+    for _ in range(int(GROSS_SHARE * np.count_nonzero(own))):
+        off = np.zeros(len(values))
+        for one in np.unique(run[out]):
+            here = out & (run == one)
+            off[here] = np.abs(values[here] - np.median(values[here]))
+        out[np.argmax(off)] = False
+    return out
+
+
+def _chance_of_runs(off: Array, weight: Array, run: NDArray[np.int64]) -> float:
+    """How often chance sets the runs of values ``off`` (K,) as far apart, by what they scatter within runs where that
+    is more than their noise of variances 1 / ``weight``."""
+    numbers, which = np.unique(run, return_inverse=True)
+    between, within = len(numbers) - 1, len(run) - len(numbers)
+    if within < FEWEST_WITHIN:
+        return 1.0
+    told = np.bincount(which, weight)
+    means = np.bincount(which, weight * off) / told
+    inside = float(np.sum(weight * (off - means[which]) ** 2)) / within
+    across = float(np.sum(told * (means - np.average(off, weights=weight)) ** 2))
+    return float(chdtrc(between, across)) if inside <= 1 else float(fdtrc(between, within, across / between / inside))

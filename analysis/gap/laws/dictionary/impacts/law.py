@@ -86,6 +86,9 @@ INVERSE_APPROACH = (Factor("approach", "absolute_power", -1.0),)
 CHANGES = (0.2, 0.4, 0.6, 0.8)
 # Quantiles of a speed or a spin at which something changes at once.
 STEPS = (0.05, 0.15, 0.3, 0.5, 0.7, 0.85)
+# Order of a form that falls ever more slowly, as creep does in time and the strength of contacts in the rate of slip:
+# 1 / (1 + |x|^order) of a half leaves a hundredth (RMS) of log(1 + |x|) over two decades.
+SLOWLY = 0.5
 # Angles of incidence (rad) at which something changes at once.
 GLANCES = (0.2, 0.45, 0.8)
 
@@ -223,8 +226,10 @@ def _scaled(target: str, known: Array) -> list[Candidate]:
         ("the slip, ending", W.SLIP, ("slip", "decay", 1.0), SCALES[1:]),
         ("the slip, bent", W.SLIP, ("slip", "tanh", 1.0), SCALES[1:]),
         ("the slip, fading", W.SLIP, ("slip", "rational", 1.0), SCALES[1:]),
+        ("the slip, ever more slowly", W.SLIP, ("slip", "rational", SLOWLY), SCALES[1:]),
         ("the spin, ending", W.SPIN, ("spin", "decay", 1.0), SCALES[1:]),
         ("the time in the run, settling", W.TIME, ("time", "exponential", 1.0), SCALES),
+        ("the time in the run, ever more slowly", W.TIME, ("time", "rational", SLOWLY), SCALES),
         ("the time in the run, at once", W.TIME, ("time", "below", 1.0), CHANGES),
     ):
         values = np.abs(known[:, column])
