@@ -10,10 +10,10 @@ import numpy as np
 from analysis.contact.held_laws import known_at_impacts
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
-from analysis.gap.cause import Structure
+from analysis.gap.cause import EACH_RUN, Structure
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
-from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, find_law
+from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, LEVEL_BELIEVED, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
@@ -74,6 +74,9 @@ def find_impact_law(
     there is to explain, and chance explains those.  ``leave_out``: candidates that are not asked."""
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
+    if left and all(one.goes_with == EACH_RUN for one in left):
+        # What each run has of its own is no formula, and says nothing of where to look for one.
+        left, level = (), min(level, LEVEL_BELIEVED)
     problem = law_regression(impacts, fits, restitution_terms)
 
     def asked(rows: ImpactRegression) -> list[Candidate]:

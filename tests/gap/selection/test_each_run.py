@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from analysis.blind.series import make_series
-from analysis.gap.cause import EACH_RUN
+from analysis.gap.cause import EACH_RUN, Structure
+from analysis.gap.laws.choice.search import LEVEL_WHERE_LEFT
+from analysis.gap.laws.impact_law import find_impact_law
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.covariates import run_columns
 from analysis.gap.tests_by_hand import unknown_test
 from tests.gap.conftest import brought
+from tests.gap.laws.test_memory_laws import impact_fit, made_series
 
 EFFECTS = ("floor_friction", "spin_coupling")
 
@@ -34,6 +37,15 @@ def test_a_wall_that_is_damp_in_some_runs_where_few_blows_slide(tmp_path):
     """Two or three in a run do, and tell its friction to a hundredth; of the nominal friction's sides most runs had
     none."""
     assert ("tangential", EACH_RUN) in left_at_impacts(tmp_path, "unknown_moist_wall", 0.7, 94, runs=6)
+
+
+def test_a_value_of_each_run_asks_for_no_formula(tmp_path):
+    """Beside one a hum of the few blows that slide had been written, of a chance that a probe's finding allows."""
+    series, _ = made_series(tmp_path, "unknown_moist_wall", 0.7, 91, runs=6)
+    impacts, fits = impact_fit(series)
+    left = [Structure("impact", "impact", "tangential", EACH_RUN, 5.0, 900.0, 0.3, "1", 0.0)]
+    rng = np.random.default_rng(0)
+    assert find_impact_law(impacts, fits, (), series.frame, rng, LEVEL_WHERE_LEFT, left) is None
 
 
 @pytest.mark.parametrize("kind", ["none", "restitution_drift"])
