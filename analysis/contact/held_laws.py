@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.impacts import Junctions
-from analysis.contact.law import LawData, fit_law, stick_impulse, sticks
+from analysis.contact.law import LawData, fit_law, predicted_tangential
 from analysis.flights.cutting.impact_before import blows_before, contact_before, impact_before, number_of_blows
 from analysis.flights.fit import FlightFits
 from ovines.core.laws import words as W
@@ -17,8 +17,8 @@ from ovines.core.laws.kernel import law_of
 from ovines.core.laws.targets import TARGETS
 
 Array = NDArray[np.float64]
-# A contact law is fitted to so many impacts.
-FEWEST = 4
+# A contact law is fitted to so many impacts; rounds in which it and what a held law adds to it settle.
+FEWEST, SETTLED = 4, 4
 #: what laws of the impacts act on, by the codes of compiled code
 OF_IMPACTS = {name: target.code for name, target in TARGETS.items() if target.stage == "impact"}
 
@@ -41,11 +41,23 @@ def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]
         tangential_impulse=data.tangential_impulse - turned,
         angular=data.angular - q * turned,
     )
-    law = fit_law(data)
-    stick = sticks(data, law.wall_friction, law.tangential_restitution)
-    slid = added["wall_friction"] * np.sign(stick_impulse(data, law.tangential_restitution)) * data.normal_impulse
-    stuck = -added["tangential_restitution"] * data.slip / data.mobility
-    return replace(data, tangential_impulse=data.tangential_impulse - np.where(stick, stuck, slid))
+    return without_along(data, added["wall_friction"], added["tangential_restitution"])
+
+
+def without_along(data: LawData, wall_friction: Array, tangential_restitution: Array) -> LawData:
+    """``data`` as it would be if nothing were added to wall friction and to the tangential restitution (K,) of each
+    impact: what that changes of the impulse, impacts that slide by it and would stick otherwise among them."""
+    if not (wall_friction.any() or tangential_restitution.any()):
+        return data
+    plain = data
+    for _ in range(SETTLED):
+        law = fit_law(plain)
+        # Where none slides, or none sticks, what nobody has seen is out of reach.
+        friction, beta = np.nan_to_num([law.wall_friction, law.tangential_restitution], nan=np.inf)
+        more = predicted_tangential(data, np.maximum(friction + wall_friction, 0.0), beta + tangential_restitution)
+        more = more - predicted_tangential(data, friction, beta)
+        plain = replace(data, tangential_impulse=data.tangential_impulse - np.nan_to_num(more))
+    return plain
 
 
 def added_by(rows: Array, known: Array | None) -> dict[str, float]:

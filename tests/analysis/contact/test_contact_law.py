@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.contact.held_laws import without_along
 from analysis.contact.law import (
     OUTLIER_SPREAD,
     LawData,
@@ -81,6 +82,25 @@ def friction_and_reversal(data: LawData):
     (friction,), beta, _, _ = fit_tangential(data)
     friction, beta, _ = best_tangential(data, float(friction), beta)
     return tangential_intervals(data, float(friction), beta)
+
+
+@pytest.mark.parametrize("which", ["wall_friction", "tangential_restitution"])
+def test_a_held_law_of_friction_is_taken_out_of_what_slides_by_it_alone(which):
+    """Half of the impacts have less of it, and some of these slide that would stick; without it each is as the nominal
+    law has it, within the noise, and the law that is fitted to them is that one."""
+    data = series(np.random.default_rng(8), 120, sd=1e-4)
+    law = {name: np.full(120, TRUE[name]) for name in ("wall_friction", "tangential_restitution")}
+    added = {name: np.zeros(120) for name in law}
+    added[which] = np.where(np.arange(120) % 2, -0.6 * TRUE[which], 0.0)
+    noise = data.tangential_impulse - predicted_tangential(data, *law.values())
+    altered = predicted_tangential(data, *(law[name] + added[name] for name in law)) + noise
+    changed = sticks(data, *law.values()) != sticks(data, *(law[name] + added[name] for name in law))
+    assert np.count_nonzero(changed) >= 2
+    plain = without_along(replace(data, tangential_impulse=altered), *added.values())
+    assert np.max(np.abs(plain.tangential_impulse - data.tangential_impulse)) < 1e-3
+    fitted = fit_law(plain)
+    assert fitted.wall_friction == pytest.approx(TRUE["wall_friction"], abs=1e-3)
+    assert fitted.tangential_restitution == pytest.approx(TRUE["tangential_restitution"], abs=1e-3)
 
 
 @pytest.mark.parametrize("count", [4, 40])
