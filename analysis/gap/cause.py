@@ -15,6 +15,8 @@ SMALLEST_P = 1e-12
 EACH_RUN = "each run by itself"
 #: what one begins with that bends the picture of a camera, in all frames alike
 IN_PICTURE = "the place in the picture of"
+#: what one begins with of markers that have each other's name
+EXCHANGED = "the names of"
 #: what markers have in their words that lie on their body otherwise than stated
 THAN_STATED = "than layout_m says"
 BENT = "it is bent, by more than a calibration leaves of a lens"
@@ -71,10 +73,10 @@ class Structure:
     places: tuple[RunPlace, ...] = ()
 
     @property
-    def is_bent_picture(self) -> bool:
-        """Whether it is a picture that is bent in no form: the field that was learnt has taken it out, and nothing need
-        be asked because of it."""
-        return self.goes_with.endswith(BENT)
+    def is_taken_out(self) -> bool:
+        """Whether it is out of the series as it is measured, and nothing need be asked because of it: a picture that is
+        bent in no form, by the field that was learnt; markers with each other's name, frame by frame."""
+        return self.goes_with.endswith(BENT) or self.goes_with.startswith(EXCHANGED)
 
     def entry(self) -> dict[str, Any]:
         """It in ``left`` of diagnosis.json."""

@@ -25,7 +25,7 @@ from analysis.gap.measurement.changed_pictures import bent_picture, changed_pict
 from analysis.gap.measurement.corrections import beyond_stated, correct, without_stated
 from analysis.gap.measurement.fixed_markers import ground_motion
 from analysis.gap.measurement.picture_grid import picture_grid
-from analysis.gap.measurement.rigid_bodies import rigid_structure
+from analysis.gap.measurement.rigid_bodies import exchanged_structure, rigid_structure
 from analysis.gap.measurement.tests import MeasurementTests
 from analysis.gap.measurement.turning_picture import turning_picture
 from analysis.gap.selection.centres import centre_offsets, is_effect
@@ -133,6 +133,7 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         *([tests.clock_change] if tests.clock_change is not None else []),
         *tests.misprinted,
         *rigid,
+        *exchanged_structure(series),
         *changed_pictures(series),
         *turning_picture(series),
         *picture_grid(series),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.gap.cause import BENT, BY_BOARDS, EACH_RUN, IN_PICTURE, THAN_STATED
+from analysis.gap.cause import BENT, BY_BOARDS, EACH_RUN, EXCHANGED, IN_PICTURE, THAN_STATED
 from ovines.core.effects import EFFECTS
 from ovines.core.effects.effect import Words
 
@@ -51,6 +51,12 @@ def unknown_test(stage: str, goes_with: str) -> str:
         return (
             f"The structure goes with {goes_with}. Film the boards once more, with the camera as it is, and diagnose "
             f"with that calibration: nothing of it is left then. {until}"
+        )
+    if goes_with.startswith(EXCHANGED):
+        return (
+            f"Two markers have each other's name: {goes_with}. Their views meet only with the names exchanged. "
+            "Exchange them in tracks.parquet for these frames, or track again with `ovines track`, and diagnose once "
+            "more: nothing of it is left then. Motion and impacts are measured without these markers there."
         )
     if THAN_STATED in goes_with:
         return (

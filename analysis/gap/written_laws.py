@@ -56,7 +56,7 @@ def write_laws(
     seen, ladder = seen_disk_law(ladder, rng, withheld)
     if seen:  # nothing else is left
         return (*measured, *seen), ladder
-    left = {one.stage for one in ladder.structure if not one.is_bent_picture}
+    left = {one.stage for one in ladder.structure if not one.is_taken_out}
     laws: list[LawFound | None] = []
     law, ladder = _flight_law(ladder, left, rng, withheld)
     laws.append(law)

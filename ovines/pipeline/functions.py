@@ -84,6 +84,7 @@ def triangulate(context: StageContext) -> dict[str, Any]:
     """Markers of the cameras to points in metres, with the calibration's part of their uncertainty."""
     from vision.calibration.uncertainty import with_calibration_sd
     from vision.calibration_check import length_notes, misfit_notes, refuse_foreign_tracks
+    from vision.identity.exchanged import exchange_notes
     from vision.one_view import one_view_heights, one_view_notes
     from vision.triangulate import triangulate as triangulate_tracks
 
@@ -101,12 +102,14 @@ def triangulate(context: StageContext) -> dict[str, Any]:
     context.notes.extend(one_view_notes(context.recording, tracks, points, cameras))
     refuse_foreign_tracks(tracks, points, cameras, context.recording.window_offset_px)
     context.notes.extend(track_notes(tracks, points, context.recording))
+    own = {camera.name for camera in context.recording.cameras}
+    seen_by = [camera for camera in cameras if camera.name in own]
+    markers = {name: body.markers for name, body in context.recording.bodies.items()}
+    context.notes.extend(exchange_notes(points, tracks, seen_by, context.recording.window_offset_px, markers))
     context.notes.extend(misfit_notes(points))
     context.notes.extend(length_notes(points, context.recording))
     if "calibration_covariance.parquet" in context.inputs:
         covariance = read_table(context.path("calibration_covariance.parquet"), "calibration_covariance")
-        own = {camera.name for camera in context.recording.cameras}
-        seen_by = [camera for camera in cameras if camera.name in own]
         levels = None if heights is None else {marker: height.place_m[2] for marker, height in heights.items()}
         points = with_calibration_sd(points, seen_by, covariance, levels)
     return {"points.parquet": points}

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.cause import Structure, two_sided
+from analysis.gap.cause import EXCHANGED, SMALLEST_P, Structure, two_sided
 from analysis.gap.measurement.body_residuals import (
     FEWEST_FRAMES,
     LOOSE_M,
@@ -26,10 +26,39 @@ from analysis.gap.measurement.body_residuals import (
 from analysis.gap.measurement.loose_markers import VELOCITY, Loose, told, with_its_body
 from analysis.gap.series import Series
 from ovines.robust import residual_sd
+from vision.identity.exchanged import Exchange, exchanged_labels
 
 Array = NDArray[np.float64]
+# Of so many frames markers with each other's name are no slip of a few.
+SHARE_OF_FRAMES = 1e-3
 # A marker seen this much later than the rest is no noise.
 LATE_S = 2e-5
+
+
+def exchanged_structure(series: Series) -> list[Structure]:
+    """Pairs of markers that have each other's name for a while in one of the cameras, as ``size`` the share of the
+    frames; nothing without tracks of two cameras.  Frame by frame their bodies are measured without them."""
+    if series.tracks is None or series.cameras is None or series.points is None:
+        return []
+    found: dict[tuple[str, str], list[tuple[str, Exchange]]] = {}
+    for recording, run, points, tracks in zip(
+        series.recordings, series.runs, series.points, series.tracks, strict=True
+    ):
+        bodies = {name: body.markers for name, body in recording.bodies.items()}
+        for one in exchanged_labels(points, tracks, series.cameras, recording.window_offset_px, bodies):
+            found.setdefault(one.markers, []).append((run.data.name, one))
+    count = sum(len(run.data.time_s) for run in series.runs)
+    out = []
+    for markers, places in found.items():
+        share = sum(one.frames for _, one in places) / count
+        (name, first), others = places[0], len({name for name, _ in places}) - 1
+        more = f", and in {others} other run{'s' if others > 1 else ''}" if others else ""
+        where = f"{name}, frames {first.first} to {first.last}{more}"
+        goes_with = f"{EXCHANGED} {' and '.join(markers)}, exchanged in one of the cameras: {where}"
+        out.append(
+            Structure("measurement", "all", "all", goes_with, share / SHARE_OF_FRAMES, 0.0, share, "1", SMALLEST_P)
+        )
+    return out
 
 
 def rigid_structure(series: Series, clock_s: float = 0.0) -> list[Structure]:

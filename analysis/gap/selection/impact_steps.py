@@ -248,7 +248,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
     """Scatter of the impacts beyond what is usual, where no covariate explains it, and a wall that lies elsewhere in
     each run, in no order."""
     base = step.fitted
-    elsewhere = (s for s in found if not s.is_bent_picture)
+    elsewhere = (s for s in found if not s.is_taken_out)
     if base is None or any(s.stage in ("impact", "geometry", "measurement") for s in elsewhere):
         return []
     out = []

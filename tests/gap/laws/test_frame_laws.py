@@ -235,7 +235,7 @@ class Asked:
 
 def asked(misfit, stage="measurement", measured="as it came"):
     fits = [SimpleNamespace(misfit=np.full(3, 9 * misfit), freedom=np.array([9, 9, 0]))]
-    left = SimpleNamespace(stage=stage, strength=1.0, is_bent_picture=False)
+    left = SimpleNamespace(stage=stage, strength=1.0, is_taken_out=False)
     return Asked(
         SimpleNamespace(nominal=SimpleNamespace(fits=fits)), (left,), measured, SimpleNamespace(clock_change=None)
     )
@@ -297,7 +297,7 @@ def test_a_clock_that_drifts_from_run_to_run_is_told_beside_what_else_is(searche
     """It is taken out before anything else is asked."""
     drift, told, before = (
         a_law(),
-        SimpleNamespace(stage="measurement", strength=5.0, is_bent_picture=False),
+        SimpleNamespace(stage="measurement", strength=5.0, is_taken_out=False),
         asked(1.17, "flight"),
     )
     searches({"in other times": 1.17})
@@ -408,7 +408,7 @@ def test_a_picture_that_is_bent_more_than_a_calibration_leaves_is_left(loaded):
     _, series = loaded("unknown_blooming_markers", 1.0, 3, runs=3)
     assert changed_pictures(series) == []
     (told,) = bent_picture(series)
-    assert told.is_bent_picture and told.stage == "measurement" and told.size > MOST_LENS_PX
+    assert told.is_taken_out and told.stage == "measurement" and told.size > MOST_LENS_PX
     assert told.p == two_sided(series.lens_sds) < 1e-4
     assert "do not trust a tilt" in unknown_test(told.stage, told.goes_with)
     _, plain = loaded("none", 1.0, 8, "warp", 2)

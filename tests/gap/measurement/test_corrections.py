@@ -8,6 +8,7 @@ import pytest
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
+from analysis.gap.cause import EXCHANGED
 from analysis.gap.ladder import run_ladder
 from analysis.gap.measurement.corrections import correct
 from analysis.gap.measurement.tests import measurement_tests
@@ -15,6 +16,7 @@ from analysis.gap.series import levelled, retimed, scaled, with_window_shift
 from analysis.gap.tests_by_hand import unknown_test
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
+from tests.gap.conftest import brought, laws_and_ladder
 
 
 def test_what_two_views_show_is_found_beside_a_stronger_jitter(loaded):
@@ -105,3 +107,20 @@ def test_a_print_of_another_size_or_shape_is_no_length_scale(loaded, kind, says)
     assert [says in one.goes_with for one in tests.misprinted] == ([] if says is None else [True])
     assert all("write that into layout_m" in unknown_test(one.stage, one.goes_with) for one in tests.misprinted)
     assert tests.findings["length_scale_error"].found == (kind == "length_scale_error")
+
+
+def test_markers_with_each_others_name_are_told_and_nothing_else_is_asked_because_of_it(tmp_path):
+    """The bodies' fits leave them out frame by frame, so motion, impacts and flights have nothing; "none" before."""
+    made = make_series("unknown_hopping_labels", 1.0, np.random.default_rng(7), runs=1, noise="white")
+    laws, ladder = laws_and_ladder(brought(made, tmp_path / "series"))
+    (told,) = ladder.structure
+    true = made.truth["parameters"]["unknown_hopping_labels"]
+    one, other = sorted(int(true[name]) for name in ("marker", "other"))
+    assert told.goes_with.startswith(
+        f"{EXCHANGED} N{one} and N{other}, exchanged in one of the cameras: run-01, frames"
+    )
+    assert told.is_taken_out and told.stage == "measurement"
+    frames = told.size * len(ladder.series.runs[0].data.time_s)
+    assert 0.7 * true["hopped_s"] < frames * ladder.series.period_s < 1.1 * true["hopped_s"]
+    assert (laws, ladder.causes) == ((), ())
+    assert "tracks.parquet" in unknown_test(told.stage, told.goes_with)

@@ -40,7 +40,7 @@ def measurement_laws(
     are believed by themselves, and the ladder of the series without what they say, in which what is left of the
     measurement stays told."""
     measured = [one for one in ladder.structure if one.stage == "measurement"]
-    bent, told = ([one for one in measured if one.is_bent_picture is is_bent] for is_bent in (True, False))
+    bent, told = ([one for one in measured if one.is_taken_out is is_bent] for is_bent in (True, False))
     laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
     asked = bool(told)
     drifting = drifting_clock_law(series, ladder.drive)
@@ -123,7 +123,7 @@ def seen_disk_law(
     bends paths leaves them bent wherever their pictures are moved to.  And only where no force says nearly as much: a
     floor that leans with the Host's place moves the disk as a picture that is stretched along one direction does, and
     leaves the wall round."""
-    left = {one.stage for one in ladder.structure if not one.is_bent_picture}
+    left = {one.stage for one in ladder.structure if not one.is_taken_out}
     if "flight" not in left or left & {"measurement", "drive"} or ladder.series.points is None:
         return (), ladder
     law, seen_gain = find_seen_disk_law(ladder.flights.named, ladder.series.frame, rng)
@@ -131,7 +131,7 @@ def seen_disk_law(
     if law is None or law.size <= least_m or law.closed <= UNPROMPTED_CLOSED:
         return (), ladder
     again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
-    if not all(one.is_bent_picture for one in again.structure) or _misfit(again) > _misfit(ladder):
+    if not all(one.is_taken_out for one in again.structure) or _misfit(again) > _misfit(ladder):
         return (), ladder
     if force_gain(ladder.series.runs, ladder.flights.named, rng) > MOST_BY_A_FORCE * seen_gain:
         return (), ladder
