@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
-from analysis.gap.cause import EACH_RUN, Cause, Structure
+from analysis.gap.cause import EACH_RUN, SMALLEST_P, Cause, Structure
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_laws import rivals_of, select_laws
 from analysis.gap.selection.impacts.distance import distance_gains
 from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
 from analysis.gap.selection.impacts.gain import NEGLIGIBLE, ImpactGain
 from analysis.gap.selection.impacts.own_places import own_places
+from analysis.gap.selection.impacts.tangential import friction_of_blows
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -45,6 +46,9 @@ Array = NDArray[np.float64]
 # cause.
 USUAL_SCATTER = 0.03
 LEAST_IMPACTS = 8
+# Friction of dry contacts scatters by a tenth from impact to impact, and a stick takes hardly more than a slip does: so
+# many that take more are no chance.
+USUAL_FRICTION_SCATTER, FEWEST_BEYOND = 0.1, 3
 # An impact's noise counts up to so many times the usual one: its distance is no better than clipped.
 GROSS_NOISE = 4.0
 
@@ -267,6 +271,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
                 chance_of_misfit(len(base.data) * (scatter / USUAL_SCATTER) ** 2, len(base.data)),
             )
         )
+    out += _along_the_wall(base)
     usual_m = USUAL_DISTANCE * base.wall.wall.size_m
     places, size_m, gain, p = own_places(base.wall)
     least_m = DISTANCE_NEGLIGIBLE * base.wall.wall.size_m
@@ -293,3 +298,21 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
             )
         )
     return out
+
+
+def _along_the_wall(base: ImpactFit) -> list[Structure]:
+    """Friction of the wall that each impact has of its own, or that holds more than it slides with; not of contacts
+    that last, which have a law of their own."""
+    told = None if base.lasting is not None else friction_of_blows(base.data, base.law)
+    if told is None:
+        return []
+    if told.scatter > USUAL_FRICTION_SCATTER and told.slid >= LEAST_IMPACTS:
+        words = "none of the covariates tested (scatter of the wall's friction from impact to impact)"
+        p = chance_of_misfit(told.slid * (told.scatter / USUAL_FRICTION_SCATTER) ** 2, told.slid)
+        size, strength = told.scatter, told.scatter / USUAL_FRICTION_SCATTER
+    elif told.scatter <= USUAL_FRICTION_SCATTER and told.beyond >= FEWEST_BEYOND:
+        words = "how far it would slip: where that is little, the wall holds by more than it slips with"
+        size, strength, p = told.held - 1, (told.held - 1) / USUAL_FRICTION_SCATTER, SMALLEST_P
+    else:
+        return []
+    return [Structure("impact", "impact", "tangential", words, strength, 0.0, size, "1", p)]

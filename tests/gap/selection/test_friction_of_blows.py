@@ -1,0 +1,83 @@
+"""Friction of the wall that each impact has of its own, or that holds by more than it slips with: told by the impacts
+that have surely slid, whatever the fit of the whole law made of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.blind.series import make_series
+from analysis.contact.law import LawData, fit_law, predicted_tangential, stick_impulse
+from analysis.gap.selection.flight_steps import first_flights
+from analysis.gap.selection.impact_steps import ImpactSteps, unexplained_scatter
+from analysis.gap.selection.impacts.fit import fit_impacts
+from analysis.gap.selection.impacts.tangential import friction_of_blows
+from tests.gap.conftest import brought
+
+FRICTION, REVERSAL, COUNT = 0.16, 0.5, 160
+
+
+def impacts(seed: int, share: np.ndarray, held: float = 1.0) -> LawData:
+    """Impacts of a disk; friction is ``share`` (COUNT,) times the usual, and they stick up to ``held`` times that."""
+    rng = np.random.default_rng(seed)
+    before = rng.uniform(0.2, 2.0, COUNT)
+    none, sd = np.zeros(COUNT), np.full(COUNT, 3e-4)
+    data = LawData(
+        before=before, after=0.7 * before, slip=before * rng.uniform(-2.0, 2.0, COUNT), normal_impulse=1.7 * before,
+        tangential_impulse=none, angular=none, normal_sd=sd, tangential_sd=sd, angular_sd=sd, spin=none,
+        run=np.arange(COUNT) % 4, time_s=none, azimuth_rad=none, host_angle_rad=none, drive_rad=none,
+        drive_start_rad=none, index=np.arange(COUNT), inertia_factor=0.5,
+    )  # fmt: skip
+    slides = predicted_tangential(data, FRICTION * share, REVERSAL)
+    wanted = stick_impulse(data, REVERSAL)
+    stick = np.abs(wanted) <= held * FRICTION * share * data.normal_impulse
+    return replace(data, tangential_impulse=np.where(stick, wanted, slides) + sd * rng.standard_normal(COUNT))
+
+
+def test_plain_friction_scatters_by_nothing_and_holds_by_no_more():
+    data = impacts(1, np.ones(COUNT))
+    told = friction_of_blows(data, fit_law(data))
+    assert told is not None and told.slid > 40
+    assert (told.scatter < 0.01, told.beyond, told.held) == (True, 0, 1.0)
+
+
+@pytest.mark.parametrize("held", [1.5, 2.5])
+def test_a_wall_that_holds_by_more_than_it_slips_with(held):
+    """By how much, to what the impacts near it leave; the fit of the whole law has a friction between the two."""
+    data = impacts(2, np.ones(COUNT), held)
+    law = fit_law(data)
+    told = friction_of_blows(data, law)
+    assert told is not None and told.beyond >= 3
+    assert 0.85 * held < told.held < 1.01 * held and told.scatter < 0.01
+
+
+def test_friction_of_each_blows_own():
+    scatter = 0.3
+    share = np.exp(scatter * np.random.default_rng(5).standard_normal(COUNT))
+    data = impacts(3, share)
+    told = friction_of_blows(data, fit_law(data))
+    assert told is not None and 0.7 * scatter < told.scatter < 1.3 * scatter
+
+
+def test_of_few_that_slid_nothing_is_said():
+    data = impacts(1, np.full(COUNT, 8.0))
+    assert friction_of_blows(data, fit_law(data)) is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "words"),
+    [
+        ("unknown_static_friction", 0.5, "the wall holds by more"),
+        ("unknown_contaminated_wall", 0.5, "scatter of the wall"),
+    ],
+)
+def test_it_is_left_at_the_impacts(tmp_path, kind, size, words):
+    """ "none" before, beside a friction between the two, or beside one of the few that agreed."""
+    made = make_series(kind, size, np.random.default_rng(3), runs=4, noise="white")
+    series = brought(made, tmp_path / "series")
+    fitted = fit_impacts(first_flights(series, ("floor_friction", "spin_coupling")).fits)
+    (told,) = unexplained_scatter(ImpactSteps(nominal=fitted, fitted=fitted), ())
+    assert (told.stage, told.coordinate) == ("impact", "tangential") and words in told.goes_with
+    assert told.strength > 1.0 and told.p < 1e-3
