@@ -13,6 +13,9 @@ from scipy.special import ndtr
 SMALLEST_P = 1e-12
 #: what a structure goes with that is different in each run, in no order
 EACH_RUN = "each run by itself"
+#: what friction of the wall goes with that each blow has of its own, or that holds by more than it slips with
+EACH_BLOW = "none of the covariates tested (scatter of the wall's friction from impact to impact)"
+HELD_BY_MORE = "how far it would slip: where that is little, the wall holds by more than it slips with"
 #: what one begins with that bends the picture of a camera, in all frames alike
 IN_PICTURE = "the place in the picture of"
 #: what one begins with of markers that have each other's name
@@ -71,6 +74,12 @@ class Structure:
     unit: str
     p: float
     places: tuple[RunPlace, ...] = ()
+
+    @property
+    def is_no_formula(self) -> bool:
+        """Whether it says nothing of where to look for a formula: what each run or blow has of its own, and friction
+        that decides who slips, not by how much."""
+        return self.goes_with in (EACH_RUN, EACH_BLOW, HELD_BY_MORE)
 
     @property
     def is_taken_out(self) -> bool:

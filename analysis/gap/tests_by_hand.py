@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from analysis.gap.cause import BENT, BY_BOARDS, EACH_RUN, EXCHANGED, IN_PICTURE, THAN_STATED
+from analysis.gap.cause import (
+    BENT,
+    BY_BOARDS,
+    EACH_BLOW,
+    EACH_RUN,
+    EXCHANGED,
+    HELD_BY_MORE,
+    IN_PICTURE,
+    THAN_STATED,
+)
 from ovines.core.effects import EFFECTS
 from ovines.core.effects.effect import Words
 
@@ -51,6 +60,17 @@ def unknown_test(stage: str, goes_with: str) -> str:
         return (
             f"The structure goes with {goes_with}. Film the boards once more, with the camera as it is, and diagnose "
             f"with that calibration: nothing of it is left then. {until}"
+        )
+    if goes_with == EACH_BLOW:
+        return (
+            "The wall's friction is another one at each blow. Clean wall and rim, record a run at once and one after a "
+            "hundred blows, and diagnose both: what dirt does comes back, what the surfaces do stays."
+        )
+    if goes_with == HELD_BY_MORE:
+        return (
+            "The wall holds by more than it slips with. Pull the disk along the wall by a thread with a spring "
+            "balance: the force at which it starts, over the one at which it goes on, is the share found. Do not use "
+            "the wall friction until that is in the model: it lies between the two."
         )
     if goes_with.startswith(EXCHANGED):
         return (

@@ -10,7 +10,7 @@ import numpy as np
 from analysis.contact.held_laws import known_at_impacts
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
-from analysis.gap.cause import EACH_RUN, Structure
+from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, LEVEL_BELIEVED, find_law
@@ -74,8 +74,7 @@ def find_impact_law(
     there is to explain, and chance explains those.  ``leave_out``: candidates that are not asked."""
     if len(impacts.data) < FEWEST_IMPACTS:
         return None
-    if left and all(one.goes_with == EACH_RUN for one in left):
-        # What each run has of its own is no formula, and says nothing of where to look for one.
+    if left and all(one.is_no_formula for one in left):
         left, level = (), min(level, LEVEL_BELIEVED)
     problem = law_regression(impacts, fits, restitution_terms)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
-from analysis.gap.cause import EACH_RUN, SMALLEST_P, Cause, Structure
+from analysis.gap.cause import EACH_BLOW, EACH_RUN, HELD_BY_MORE, SMALLEST_P, Cause, Structure
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_laws import rivals_of, select_laws
 from analysis.gap.selection.impacts.distance import distance_gains
@@ -307,11 +307,11 @@ def _along_the_wall(base: ImpactFit) -> list[Structure]:
     if told is None:
         return []
     if told.scatter > USUAL_FRICTION_SCATTER and told.slid >= LEAST_IMPACTS:
-        words = "none of the covariates tested (scatter of the wall's friction from impact to impact)"
+        words = EACH_BLOW
         p = chance_of_misfit(told.slid * (told.scatter / USUAL_FRICTION_SCATTER) ** 2, told.slid)
         size, strength = told.scatter, told.scatter / USUAL_FRICTION_SCATTER
     elif told.scatter <= USUAL_FRICTION_SCATTER and told.beyond >= FEWEST_BEYOND:
-        words = "how far it would slip: where that is little, the wall holds by more than it slips with"
+        words = HELD_BY_MORE
         size, strength, p = told.held - 1, (told.held - 1) / USUAL_FRICTION_SCATTER, SMALLEST_P
     else:
         return []

@@ -14,6 +14,7 @@ from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import ImpactSteps, unexplained_scatter
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.selection.impacts.tangential import friction_of_blows
+from analysis.gap.tests_by_hand import unknown_test
 from tests.gap.conftest import brought
 
 FRICTION, REVERSAL, COUNT = 0.16, 0.5, 160
@@ -67,17 +68,18 @@ def test_of_few_that_slid_nothing_is_said():
 
 
 @pytest.mark.parametrize(
-    ("kind", "size", "words"),
+    ("kind", "size", "words", "advice"),
     [
-        ("unknown_static_friction", 0.5, "the wall holds by more"),
-        ("unknown_contaminated_wall", 0.5, "scatter of the wall"),
+        ("unknown_static_friction", 0.5, "the wall holds by more", "spring balance"),
+        ("unknown_contaminated_wall", 0.5, "scatter of the wall", "Clean wall and rim"),
     ],
 )
-def test_it_is_left_at_the_impacts(tmp_path, kind, size, words):
+def test_it_is_left_at_the_impacts(tmp_path, kind, size, words, advice):
     """ "none" before, beside a friction between the two, or beside one of the few that agreed."""
     made = make_series(kind, size, np.random.default_rng(3), runs=4, noise="white")
     series = brought(made, tmp_path / "series")
     fitted = fit_impacts(first_flights(series, ("floor_friction", "spin_coupling")).fits)
     (told,) = unexplained_scatter(ImpactSteps(nominal=fitted, fitted=fitted), ())
     assert (told.stage, told.coordinate) == ("impact", "tangential") and words in told.goes_with
-    assert told.strength > 1.0 and told.p < 1e-3
+    assert told.strength > 1.0 and told.p < 1e-3 and told.is_no_formula
+    assert advice in unknown_test(told.stage, told.goes_with)

@@ -13,7 +13,7 @@ from analysis.contact.restitution import (
     restitution_design,
 )
 from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_figure, robust_limits
-from analysis.gap.cause import EACH_RUN
+from analysis.gap.cause import EACH_BLOW, EACH_RUN, HELD_BY_MORE
 from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures.impact_residuals import covariate_of, residual_of
 from analysis.gap.page.figures.panels import Panel
@@ -34,6 +34,8 @@ GOES_WITH = {
     "the time in the run": "time in the run",
     "the run": "run",
     EACH_RUN: "run",
+    EACH_BLOW: "slip",
+    HELD_BY_MORE: "slip",
     "the drive's phase": "drive phase",
     "twice the azimuth": "azimuth in the Host",
     "three times the azimuth": "azimuth in the Host",
