@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.checks.row import ALL, DIAGNOSE, LAW, Row, figure, row
+from analysis.contact.sliding import USUAL_FRICTION_SCATTER, friction_of_blows
 from analysis.flights.cutting.pieces import Flight, seen_frames
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.fit import FlightFits, fit_flights
@@ -75,6 +76,7 @@ def check_fit(rig: RigFit, run: int, recording: Recording, farthest_m: float) ->
         _noise(rig),
         _count(rig, recording, farthest_m),
         _law(rig),
+        _friction(rig),
         _stated_wall(rig, recording),
         _balance(rig, recording),
         _angle(rig),
@@ -223,6 +225,30 @@ def _law(rig: RigFit) -> Row:
         f"{rig.left_out} of {count} impacts lie more than 5 sd off the law.",
         LAW,
         f"Look for marks on the wall, or another law. {DIAGNOSE}.",
+    )
+
+
+def _friction(rig: RigFit) -> Row:
+    """The wall friction of the law against that of the impacts that have surely slid."""
+    name = "wall friction against that of the impacts that slid"
+    told = None if rig.law is None or rig.contacts_last else friction_of_blows(rig.data, rig.law)
+    if told is None or rig.law is None:
+        return row(name, np.nan, USUAL_FRICTION_SCATTER, None, "Too few impacts slid to tell.")
+    off = rig.law.wall_friction / told.usual - 1
+    found = (
+        f"{told.slid} impacts slid with a friction of {figure(told.usual)}, which scatters by "
+        f"{figure(100 * told.scatter)} %; the law has {figure(rig.law.wall_friction)}."
+    )
+    if told.holds_by_more:
+        found += f" {told.beyond} that stuck took up to {figure(told.held)} times as much."
+    return row(
+        name,
+        off,
+        USUAL_FRICTION_SCATTER,
+        bool(abs(off) <= USUAL_FRICTION_SCATTER and not told.is_each_blows and not told.holds_by_more),
+        found,
+        "wall_friction",
+        f"Look for dirt, and for a wall that holds by more than it slips with. {DIAGNOSE}.",
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
+from analysis.contact.sliding import USUAL_FRICTION_SCATTER, friction_of_blows
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.gap.cause import EACH_BLOW, EACH_RUN, HELD_BY_MORE, SMALLEST_P, Cause, Structure
 from analysis.gap.selection.flights.fit import FlightFit
@@ -20,7 +21,6 @@ from analysis.gap.selection.impacts.distance import distance_gains
 from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
 from analysis.gap.selection.impacts.gain import NEGLIGIBLE, ImpactGain
 from analysis.gap.selection.impacts.own_places import own_places
-from analysis.gap.selection.impacts.tangential import friction_of_blows
 from analysis.gap.selection.null_distribution import (
     by_chance,
     chance_of_largest,
@@ -46,9 +46,6 @@ Array = NDArray[np.float64]
 # cause.
 USUAL_SCATTER = 0.03
 LEAST_IMPACTS = 8
-# Friction of dry contacts scatters by a tenth from impact to impact, and a stick takes hardly more than a slip does: so
-# many that take more are no chance.
-USUAL_FRICTION_SCATTER, FEWEST_BEYOND = 0.1, 3
 # An impact's noise counts up to so many times the usual one: its distance is no better than clipped.
 GROSS_NOISE = 4.0
 
@@ -306,11 +303,11 @@ def _along_the_wall(base: ImpactFit) -> list[Structure]:
     told = None if base.lasting is not None else friction_of_blows(base.data, base.law)
     if told is None:
         return []
-    if told.scatter > USUAL_FRICTION_SCATTER and told.slid >= LEAST_IMPACTS:
+    if told.is_each_blows:
         words = EACH_BLOW
         p = chance_of_misfit(told.slid * (told.scatter / USUAL_FRICTION_SCATTER) ** 2, told.slid)
         size, strength = told.scatter, told.scatter / USUAL_FRICTION_SCATTER
-    elif told.scatter <= USUAL_FRICTION_SCATTER and told.beyond >= FEWEST_BEYOND:
+    elif told.holds_by_more:
         words = HELD_BY_MORE
         size, strength, p = told.held - 1, (told.held - 1) / USUAL_FRICTION_SCATTER, SMALLEST_P
     else:

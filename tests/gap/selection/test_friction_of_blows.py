@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from analysis.blind.series import make_series
+from analysis.checks.fit import check_fit
 from analysis.contact.law import LawData, fit_law, predicted_tangential, stick_impulse
+from analysis.contact.sliding import friction_of_blows
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import ImpactSteps, unexplained_scatter
 from analysis.gap.selection.impacts.fit import fit_impacts
-from analysis.gap.selection.impacts.tangential import friction_of_blows
 from analysis.gap.tests_by_hand import unknown_test
+from analysis.identify import identify_series
 from tests.gap.conftest import brought
 
 FRICTION, REVERSAL, COUNT = 0.16, 0.5, 160
@@ -83,3 +85,15 @@ def test_it_is_left_at_the_impacts(tmp_path, kind, size, words, advice):
     assert (told.stage, told.coordinate) == ("impact", "tangential") and words in told.goes_with
     assert told.strength > 1.0 and told.p < 1e-3 and told.is_no_formula
     assert advice in unknown_test(told.stage, told.goes_with)
+
+
+@pytest.mark.parametrize(("kind", "state"), [("unknown_static_friction", "fails"), ("none", "holds")])
+def test_identify_says_not_to_use_a_friction_that_lies_between_the_two(tmp_path, kind, state):
+    """It had 0.424 +- 0.004 and "Good" of impacts that slid with 0.168."""
+    made = make_series(kind, 0.8, np.random.default_rng(3), runs=4, noise="white")
+    series = brought(made, tmp_path / "series")
+    rig = identify_series(series.motions, series.recordings)[1][0].rig
+    rows = [one for one in check_fit(rig, 0, series.recordings[0], 0.0) if one is not None]
+    (told,) = (one for one in rows if one.check.startswith("wall friction against"))
+    assert told.state == state and "impacts slid with a friction of" in told.found
+    assert told.parameters == ("wall_friction" if state == "fails" else "")

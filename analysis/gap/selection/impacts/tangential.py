@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
-from analysis.contact.law import Law, LawData, predicted_tangential, stick_impulse, sticks
+from analysis.contact.law import Law, LawData, predicted_tangential, sticks
+from analysis.contact.sliding import MODEL_SHARE, surely_slid_or_stuck
 from analysis.gap.cause import EACH_RUN
 from analysis.gap.selection.impacts.covariates import (
     FEWEST_RUNS,
@@ -20,31 +19,14 @@ from analysis.gap.selection.impacts.covariates import (
 )
 from analysis.gap.selection.impacts.gain import ImpactGain
 from analysis.statistics.gain import regress
-from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 
-# A percent of model error of an impulse keeps the noise-free ones from ruling alone.
-MODEL_SHARE = 0.01
 # Impacts that slide, or stick, of which probes ask.
 FEWEST_FOR_PROBES = 15
-# An impact has surely slid where it gives so many sds, and this share, less than a stick asks for.
-SURE_SD, SURE_SHARE = 5.0, 0.1
-# Impacts that slide, whose friction is asked by itself; and a stick that takes so much more than they do.
-FEWEST_SLIDING, HELD_BEYOND = 4, 0.2
 # So many impacts beyond one in each run say how far friction scatters within a run, but for this share, which may be
 # gross; nothing is told less likely than this.
 FEWEST_WITHIN, GROSS_SHARE, LEAST_P = 2, 0.1, 1e-200
-
-
-class FrictionOfBlows(NamedTuple):
-    """How friction ``scatter``s (over its median) among the impacts that ``slid``, so many; how many sticks took more,
-    ``beyond`` it, and how much of the median the strongest ``held``."""
-
-    scatter: float
-    held: float
-    beyond: int
-    slid: int
 
 
 def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
@@ -107,7 +89,7 @@ def _friction_by_run(data: LawData, law: Law) -> list[ImpactGain]:
 
     By the impulse, not by the nominal friction: beside that, those of a run of little friction pass for stuck."""
     friction = np.abs(data.tangential_impulse) / data.normal_impulse
-    slid, _ = _surely(data, law)
+    slid, _ = surely_slid_or_stuck(data, law)
     slid = _without_gross(friction, data.run, slid)
     numbers, which = np.unique(data.run[slid], return_inverse=True)
     if len(numbers) <= FEWEST_RUNS:
@@ -121,30 +103,6 @@ def _friction_by_run(data: LawData, law: Law) -> list[ImpactGain]:
     # As much as a pair of columns that chance gives as seldom.
     gain, size = -2 * float(np.log(max(p, LEAST_P))), float(np.std(means[which]))
     return [ImpactGain(EACH_RUN, "sliding", gain, size, means, 1 / np.sqrt(told), False, float(np.sqrt(gain)))]
-
-
-def _surely(data: LawData, law: Law) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which impacts have surely slid, and which surely stuck, by their impulses."""
-    wanted, given = np.abs(stick_impulse(data, law.tangential_restitution)), np.abs(data.tangential_impulse)
-    sd = np.hypot(data.tangential_sd, MODEL_SHARE * wanted)
-    off = np.maximum(SURE_SD * sd, SURE_SHARE * wanted)
-    return wanted - given > off, np.abs(wanted - given) < 0.5 * off
-
-
-def friction_of_blows(data: LawData, law: Law) -> FrictionOfBlows | None:
-    """What the impacts that have surely slid say of friction, by itself; None of too few.
-
-    The fit of the whole law takes those that stick, which scatter by nothing, for the rule, the others for gross."""
-    slid, stuck = _surely(data, law)
-    if np.count_nonzero(slid) < FEWEST_SLIDING:
-        return None
-    friction = np.abs(data.tangential_impulse[slid]) / data.normal_impulse[slid]
-    usual = float(np.median(friction))
-    noise = float(np.median(data.tangential_sd[slid] / data.normal_impulse[slid])) / usual
-    scatter = float(np.sqrt(max(residual_sd(friction / usual - 1) ** 2 - noise**2, 0.0)))
-    held = np.abs(data.tangential_impulse[stuck]) / data.normal_impulse[stuck] / usual
-    beyond = held > 1 + HELD_BEYOND + SURE_SD * scatter
-    return FrictionOfBlows(scatter, float(held[beyond].max(initial=1.0)), int(np.count_nonzero(beyond)), len(friction))
 
 
 def _without_gross(values: Array, run: NDArray[np.int64], own: NDArray[np.bool_]) -> NDArray[np.bool_]:
