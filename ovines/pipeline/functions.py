@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pandas as pd
+
 from ovines.camera import with_fields
 from ovines.errors import InputError
 from ovines.lens_field import lens_fields
@@ -82,9 +84,9 @@ def lens(context: StageContext) -> dict[str, Any]:
 
 def triangulate(context: StageContext) -> dict[str, Any]:
     """Markers of the cameras to points in metres, with the calibration's part of their uncertainty."""
+    from ovines.plausibility.exchanged import exchange_notes
     from vision.calibration.uncertainty import with_calibration_sd
     from vision.calibration_check import length_notes, misfit_notes, refuse_foreign_tracks
-    from vision.identity.exchanged import exchange_notes
     from vision.one_view import one_view_heights, one_view_notes
     from vision.triangulate import triangulate as triangulate_tracks
 
@@ -105,7 +107,11 @@ def triangulate(context: StageContext) -> dict[str, Any]:
     own = {camera.name for camera in context.recording.cameras}
     seen_by = [camera for camera in cameras if camera.name in own]
     markers = {name: body.markers for name, body in context.recording.bodies.items()}
-    context.notes.extend(exchange_notes(points, tracks, seen_by, context.recording.window_offset_px, markers))
+
+    def again(some: pd.DataFrame) -> pd.DataFrame:
+        return triangulate_tracks(some, seen_by, context.recording.window_offset_px)
+
+    context.notes.extend(exchange_notes(points, tracks, seen_by, markers, again))
     context.notes.extend(misfit_notes(points))
     context.notes.extend(length_notes(points, context.recording))
     if "calibration_covariance.parquet" in context.inputs:

@@ -8,8 +8,10 @@ or by more than the picture's stretch (:mod:`analysis.gap.measurement.loose_mark
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.gap.cause import EXCHANGED, SMALLEST_P, Structure, two_sided
@@ -24,9 +26,10 @@ from analysis.gap.measurement.body_residuals import (
     over_runs,
 )
 from analysis.gap.measurement.loose_markers import VELOCITY, Loose, told, with_its_body
-from analysis.gap.series import Series
+from analysis.gap.series import Series, Triangulate
+from ovines.plausibility.exchanged import Exchange, exchanged_labels
+from ovines.recording import Recording
 from ovines.robust import residual_sd
-from vision.identity.exchanged import Exchange, exchanged_labels
 
 Array = NDArray[np.float64]
 # Of so many frames markers with each other's name are no slip of a few.
@@ -38,14 +41,15 @@ LATE_S = 2e-5
 def exchanged_structure(series: Series) -> list[Structure]:
     """Pairs of markers that have each other's name for a while in one of the cameras, as ``size`` the share of the
     frames; nothing without tracks of two cameras.  Frame by frame their bodies are measured without them."""
-    if series.tracks is None or series.cameras is None or series.points is None:
+    cameras, again = series.cameras, series.triangulate
+    if series.tracks is None or cameras is None or again is None or series.points is None:
         return []
     found: dict[tuple[str, str], list[tuple[str, Exchange]]] = {}
     for recording, run, points, tracks in zip(
         series.recordings, series.runs, series.points, series.tracks, strict=True
     ):
         bodies = {name: body.markers for name, body in recording.bodies.items()}
-        for one in exchanged_labels(points, tracks, series.cameras, recording.window_offset_px, bodies):
+        for one in exchanged_labels(points, tracks, cameras, bodies, partial(_again, again, series, recording)):
             found.setdefault(one.markers, []).append((run.data.name, one))
     count = sum(len(run.data.time_s) for run in series.runs)
     out = []
@@ -59,6 +63,11 @@ def exchanged_structure(series: Series) -> list[Structure]:
             Structure("measurement", "all", "all", goes_with, share / SHARE_OF_FRAMES, 0.0, share, "1", SMALLEST_P)
         )
     return out
+
+
+def _again(triangulate: Triangulate, series: Series, recording: Recording, tracks: pd.DataFrame) -> pd.DataFrame:
+    """Points of tracks of one of the recordings, as those of the series."""
+    return triangulate(tracks, series.cameras or (), recording, series.window_px)
 
 
 def rigid_structure(series: Series, clock_s: float = 0.0) -> list[Structure]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from ovines.camera import read_calibration
-from vision.identity.exchanged import exchange_notes, exchanged_labels
+from ovines.plausibility.exchanged import exchange_notes, exchanged_labels
 from vision.triangulate import triangulate
 
 FRAMES, NOISE_PX = np.arange(500, 700), 0.15
@@ -36,6 +38,10 @@ def tracks_of(cameras, delay_frames: float = 0.0) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
+def points_of(cameras):
+    return partial(triangulate, cameras=cameras, window_offset_px=WINDOWS)
+
+
 def rows(camera, number, marker, places, rng) -> pd.DataFrame:
     uv = camera.project(places) + NOISE_PX * rng.standard_normal((len(FRAMES), 2)) - list(WINDOWS.values())[number]
     times = (FRAMES - 500) / 800
@@ -57,11 +63,11 @@ def test_an_exchange_is_told_with_its_frames(cameras, camera):
     """In whichever camera; where the line between both runs along the epipolar lines they meet either way."""
     tracks = exchanged(tracks_of(cameras), camera, 560, 600)
     points = triangulate(tracks, cameras, WINDOWS)
-    (one,) = exchanged_labels(points, tracks, cameras, WINDOWS, BODIES)
+    (one,) = exchanged_labels(points, tracks, cameras, BODIES, points_of(cameras))
     assert one.markers == ("N1", "N3")
     assert 560 <= one.first <= 564 and 596 <= one.last <= 600 and one.frames >= 30
     assert one.apart_px > 10.0
-    (note,) = exchange_notes(points, tracks, cameras, WINDOWS, BODIES)
+    (note,) = exchange_notes(points, tracks, cameras, BODIES, points_of(cameras))
     assert note.startswith(
         f"N1 and N3 have each other's name in one of the cameras from frame {one.first} to {one.last}"
     )
@@ -73,12 +79,12 @@ def test_nothing_is_told_of_right_names(cameras, delay_frames):
     tracks = tracks_of(cameras, delay_frames)
     points = triangulate(tracks, cameras, WINDOWS)
     assert delay_frames == 0.0 or points["epipolar_px"].abs().max() > 8 * NOISE_PX
-    assert exchanged_labels(points, tracks, cameras, WINDOWS, BODIES) == []
-    assert exchanged_labels(points.drop(columns="epipolar_px"), tracks, cameras, WINDOWS, BODIES) == []
-    assert exchanged_labels(points, tracks, cameras[:1], WINDOWS, BODIES) == []
+    assert exchanged_labels(points, tracks, cameras, BODIES, points_of(cameras)) == []
+    assert exchanged_labels(points.drop(columns="epipolar_px"), tracks, cameras, BODIES, points_of(cameras)) == []
+    assert exchanged_labels(points, tracks, cameras[:1], BODIES, points_of(cameras)) == []
 
 
 def test_two_frames_are_no_stretch(cameras):
     tracks = exchanged(tracks_of(cameras), "VW2", 570, 571)
     points = triangulate(tracks, cameras, WINDOWS)
-    assert exchanged_labels(points, tracks, cameras, WINDOWS, BODIES) == []
+    assert exchanged_labels(points, tracks, cameras, BODIES, points_of(cameras)) == []

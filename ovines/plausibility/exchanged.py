@@ -6,7 +6,7 @@ The bodies' fits leave such markers out, frame by frame, so nothing else shows w
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from ovines.robust import residual_sd
-from vision.triangulate import triangulate
 
+Triangulate = Callable[[pd.DataFrame], pd.DataFrame]
 # Views do not meet where they miss each other by so many robust sds of all points, and meet within so many.
 APART_SD, MEETING_SD = 8.0, 5.0
 # So many frames in a row, but for gaps of so many: where the line between both runs along the epipolar lines, they meet
@@ -41,13 +41,12 @@ def exchanged_labels(
     points: pd.DataFrame,
     tracks: pd.DataFrame,
     cameras: Sequence[Camera],
-    window_offset_px: Mapping[str, Sequence[float]],
     bodies: Mapping[str, Sequence[str]],
+    triangulate: Triangulate,
 ) -> list[Exchange]:
     """Exchanges in a run's tables ``points`` and ``tracks``; none with more or fewer than two cameras.
 
-    ``window_offset_px``: as :func:`vision.triangulate.triangulate` takes it; ``bodies``: names of the markers of
-    each."""
+    ``bodies``: names of the markers of each; ``triangulate``: table ``points`` of a table ``tracks``."""
     if len(cameras) != VIEWS or not len(points) or "epipolar_px" not in points:
         return []
     off_px = points["epipolar_px"].to_numpy(float)
@@ -63,7 +62,7 @@ def exchanged_labels(
             if len(frames) < FEWEST_FRAMES:
                 continue
             meeting = _crossed(frames, pair, tracks, cameras[1].name)
-            crossed = triangulate(meeting, cameras, window_offset_px)
+            crossed = triangulate(meeting)
             crossed = crossed.pivot_table(index="frame", columns="marker", values="epipolar_px").abs()
             told = crossed.index[(crossed < MEETING_SD * sd_px).all(axis=1)].to_numpy(np.int64)
             out += [_told(pair, stretch, apart) for stretch in _stretches(told) if len(stretch) >= FEWEST_FRAMES]
@@ -74,15 +73,15 @@ def exchange_notes(
     points: pd.DataFrame,
     tracks: pd.DataFrame,
     cameras: Sequence[Camera],
-    window_offset_px: Mapping[str, Sequence[float]],
     bodies: Mapping[str, Sequence[str]],
+    triangulate: Triangulate,
 ) -> list[str]:
     """Exchanges in words, with what to do."""
     return [
         f"{' and '.join(one.markers)} have each other's name in one of the cameras from frame {one.first} to "
         f"{one.last}: their views miss each other by up to {one.apart_px:.0f} px, and meet with the names exchanged. "
         "Those frames are measured without them; exchange the names in tracks.parquet, or track again."
-        for one in exchanged_labels(points, tracks, cameras, window_offset_px, bodies)
+        for one in exchanged_labels(points, tracks, cameras, bodies, triangulate)
     ]
 
 
