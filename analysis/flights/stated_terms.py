@@ -126,7 +126,7 @@ def _written(recordings: Sequence[Recording], more: Sequence[Path]) -> list[Writ
     paths = [*(recordings[0].folder / name for name in stated[0]), *more]
     laws = [read_law(path) for path in paths]
     for path, law in zip(paths, laws, strict=True):
-        if any([factor.quantity for factor in term.factors] != ["azimuth"] for term in of_wall([law])):
+        if any({factor.quantity for factor in term.factors} != {"azimuth"} for term in of_wall([law])):
             raise InputError(
                 f"{path}: a law of the wall that follows more than the azimuth",
                 "a wall that stands still in the Host",

@@ -46,6 +46,8 @@ def named_part(law: LawFound, withheld: frozenset[str] = frozenset()) -> NamedPa
 
 def _part(law: LawFound, effect: Effect) -> NamedPart | None:
     terms = law.rig_law.terms
+    if effect.stage == "geometry" and not all(form.stands_still for form in effect.forms):
+        return None  # a wall that moves is held by nothing: told by its formula
     at = [[i for i, term in enumerate(terms) if form.is_named(term)] for form in effect.forms]
     if any(len(found) != 1 for found in at):
         return None

@@ -62,6 +62,11 @@ class LawForm:
         its = sorted((one.quantity, one.function, one.order) for one in term.factors)
         return term.target == self.target and own == its
 
+    @property
+    def stands_still(self) -> bool:
+        """Whether it follows the azimuth alone, as a shape of the wall does."""
+        return bool(self.factors) and all(one.quantity == "azimuth" for one in self.factors)
+
     def is_named(self, term: Term) -> bool:
         """Whether a law's term is the effect."""
         return self.is_form_of(term) and self.named[0] <= term.coefficient < self.named[1]
