@@ -17,7 +17,7 @@ from analysis.flights.stated_terms import (
     DRIFT_OF_RUN,
     count_of,
     held_laws,
-    holding,
+    holding_laws,
     measurement_laws,
     stated_sizes,
     stated_terms,
@@ -138,7 +138,7 @@ def identify_runs(
     # Friction that changes from run to run is told about the middle one.
     shares = 1 + stated.get(DRIFT_OF_RUN, 0.0) * (np.arange(len(runs)) - 0.5 * (len(runs) - 1))
     middles_s = np.array([-run.data.start_s for run in runs])
-    runs = holding(runs, laws, frame)
+    runs = holding_laws(runs, laws, frame)
     stated |= dict.fromkeys(LAW_TERMS[: count_of(laws)], 1.0)
     inertia = stated_sizes(model).get("inertia_error", {}).get("ratio", 1.0)
     runs = [

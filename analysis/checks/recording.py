@@ -13,7 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.checks.fit import COUNT, check_fit
+from analysis.checks.fit import check_fit
+from analysis.checks.impacts import COUNT
 from analysis.checks.motion import check_motion
 from analysis.checks.points import check_points
 from analysis.checks.row import COLUMNS, DIAGNOSE, PRINCIPAL, Row

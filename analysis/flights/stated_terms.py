@@ -95,7 +95,7 @@ def count_of(laws: Sequence[WrittenLaw]) -> int:
     return sum(len(law.terms) for law in laws if law.stage != "geometry")
 
 
-def holding(runs: Sequence[Run], laws: Sequence[WrittenLaw], frame: RigFrame) -> list[Run]:
+def holding_laws(runs: Sequence[Run], laws: Sequence[WrittenLaw], frame: RigFrame) -> list[Run]:
     """``runs``, in the rig's own units, that hold the ``laws`` of the world, to which ``frame`` leads: flights and
     impacts their terms, in the place of those that they had, and the wall its own, beside what it has."""
     rows = rows_of([term for law in laws if law.stage != "geometry" for term in frame.law(law).terms])

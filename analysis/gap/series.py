@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run, prepare
-from analysis.flights.stated_terms import holding
+from analysis.flights.stated_terms import holding_laws
 from analysis.motion.bodies import bodies_clouds, layouts_from_points, motion_from_points
 from analysis.motion.rig_frame import RigFrame, rig_frame
 from ovines.camera import Camera
@@ -115,7 +115,7 @@ def _of_motions(
 ) -> Series:
     """A series from motions that are in the rig's frame already."""
     runs = _named(prepare(motions, recordings, frame), recordings)
-    return Series(tuple(recordings), frame, tuple(motions), tuple(holding(runs, laws, frame)), laws=tuple(laws))
+    return Series(tuple(recordings), frame, tuple(motions), tuple(holding_laws(runs, laws, frame)), laws=tuple(laws))
 
 
 def _named(runs: Sequence[Run], recordings: Sequence[Recording]) -> list[Run]:

@@ -84,7 +84,7 @@ def lens(context: StageContext) -> dict[str, Any]:
 
 def triangulate(context: StageContext) -> dict[str, Any]:
     """Markers of the cameras to points in metres, with the calibration's part of their uncertainty."""
-    from ovines.plausibility.exchanged import exchange_notes
+    from ovines.plausibility.exchanged import exchange_notes, exchanged_labels
     from vision.calibration.uncertainty import with_calibration_sd
     from vision.calibration_check import length_notes, misfit_notes, refuse_foreign_tracks
     from vision.one_view import one_view_heights, one_view_notes
@@ -111,7 +111,7 @@ def triangulate(context: StageContext) -> dict[str, Any]:
     def again(some: pd.DataFrame) -> pd.DataFrame:
         return triangulate_tracks(some, seen_by, context.recording.window_offset_px)
 
-    context.notes.extend(exchange_notes(points, tracks, seen_by, markers, again))
+    context.notes.extend(exchange_notes(exchanged_labels(points, tracks, seen_by, markers, again)))
     context.notes.extend(misfit_notes(points))
     context.notes.extend(length_notes(points, context.recording))
     if "calibration_covariance.parquet" in context.inputs:

@@ -69,19 +69,13 @@ def exchanged_labels(
     return sorted(out, key=lambda one: one.first)
 
 
-def exchange_notes(
-    points: pd.DataFrame,
-    tracks: pd.DataFrame,
-    cameras: Sequence[Camera],
-    bodies: Mapping[str, Sequence[str]],
-    triangulate: Triangulate,
-) -> list[str]:
+def exchange_notes(found: Sequence[Exchange]) -> list[str]:
     """Exchanges in words, with what to do."""
     return [
         f"{' and '.join(one.markers)} have each other's name in one of the cameras from frame {one.first} to "
         f"{one.last}: their views miss each other by up to {one.apart_px:.0f} px, and meet with the names exchanged. "
         "Those frames are measured without them; exchange the names in tracks.parquet, or track again."
-        for one in exchanged_labels(points, tracks, cameras, bodies, triangulate)
+        for one in found
     ]
 
 

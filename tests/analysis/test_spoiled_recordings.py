@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.checks.fit import COUNT
+from analysis.checks.impacts import COUNT
 from analysis.checks.recording import summed, verdict
 from analysis.checks.row import COLUMNS, PRINCIPAL
 from analysis.checks.series import series_checks

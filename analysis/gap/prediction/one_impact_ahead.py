@@ -114,7 +114,7 @@ def _carry(
         size = float(learnt.lasting.impulse(np.array([stop]), np.array([before + after]))[0])
     else:
         sticking = (1 + law.tangential_restitution + added["tangential_restitution"]) * stop
-        size = min(sticking, (law.wall_friction + added["wall_friction"]) * (before + after))
+        size = min(sticking, max(law.wall_friction + added["wall_friction"], 0.0) * (before + after))
     impulse = -np.sign(slip) * size
     turn_rad_per_s = impulse / (q * radius)
     turn_rad_per_s += added["spin_kept"] * (float(one.state[0, 5]) + turn_rad_per_s) + added["spin_added"]

@@ -60,8 +60,7 @@ class Words(NamedTuple):
 
 class VectorRows(NamedTuple):
     """The ``rows`` of table ``identification`` that tell an effect of a size and a direction, its first two parameters:
-    components, ``unit`` times the size; the components turn ``turns`` times when it turns
-    once."""
+    components, ``unit`` times the size, which turn ``turns`` times when the direction turns once."""
 
     rows: tuple[str, str]
     unit: float = 1.0

@@ -67,7 +67,7 @@ def test_an_exchange_is_told_with_its_frames(cameras, camera):
     assert one.markers == ("N1", "N3")
     assert 560 <= one.first <= 564 and 596 <= one.last <= 600 and one.frames >= 30
     assert one.apart_px > 10.0
-    (note,) = exchange_notes(points, tracks, cameras, BODIES, points_of(cameras))
+    (note,) = exchange_notes([one])
     assert note.startswith(
         f"N1 and N3 have each other's name in one of the cameras from frame {one.first} to {one.last}"
     )

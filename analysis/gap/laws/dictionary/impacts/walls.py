@@ -123,6 +123,15 @@ def _form(one: Candidate) -> frozenset[frozenset[Factor]]:
 
 def wall_candidates(known: Array) -> list[Candidate]:
     """Candidates for the contact radius, from what is known at the impacts (K, KNOWN_SIZE)."""
+    out = [*_around(), *wall_between(WORD, TARGET, known)]
+    # A form that stands above is no rival of itself.
+    listed = {_form(one) for one in out}
+    out += [one for one in _shapes_that_change(known) if _form(one) not in listed]
+    return [*out, *_moving(known), *_places(), *_followed(known), *_remembered(known), *_in_time(known)]
+
+
+def _around() -> list[Candidate]:
+    """Waves around wall and disk and in step with the drive, and how they change straight on."""
     out = []
     for quantity, orders in (
         ("azimuth", WALL_ORDERS),
@@ -141,10 +150,12 @@ def wall_candidates(known: Array) -> list[Candidate]:
         for order in (1, 2):  # a wall that creeps, or bends
             terms = tuple(Term(TARGET, 1.0, (Factor(quantity), wave)) for wave in waves("azimuth", float(order)))
             out.append(plain(f"{WORD} with the azimuth and the {word}, order {order}", *terms))
-    out += wall_between(WORD, TARGET, known)
-    # A form that stands above is no rival of itself.
-    listed = {_form(one) for one in out}
-    out += [one for one in _shapes_that_change(known) if _form(one) not in listed]
+    return out
+
+
+def _moving(known: Array) -> list[Candidate]:
+    """A wall that sways, creeps, wears, swings after blows, or is left out of shape by them."""
+    out = []
     out += [in_step(WORD, TARGET, *orders) for orders in IN_STEP]
     out += swaying(WORD, TARGET, known)
     out += settling_by_run(WORD, TARGET, known)
@@ -158,6 +169,12 @@ def wall_candidates(known: Array) -> list[Candidate]:
     out.append(plain(f"{WORD} with the number of blows before", Term(TARGET, 1.0, (Factor("blows"),))))
     out += scaled(f"{WORD} that the blows wear off", TARGET, ("blows", "exponential", 1.0), WEARS)
     out += _squashed()
+    return out
+
+
+def _places() -> list[Candidate]:
+    """Steps, dents, arcs and flats, wherever they are."""
+    out = []
     out += [
         Candidate(f"{WORD} of a step of the wall", _step, (TURN * i / PLACES,), (STEP_RAD,), (False,))
         for i in range(PLACES)
@@ -172,6 +189,12 @@ def wall_candidates(known: Array) -> list[Candidate]:
         ("of a flat of the disk", ("body_angle", "gaussian"), DENTS),
     ):
         out += around(f"{WORD} {name}", TARGET, shape, PLACES, widths)
+    return out
+
+
+def _followed(known: Array) -> list[Candidate]:
+    """What is known of the impact itself, and of the run."""
+    out = []
     for name, factor in (
         ("the approach speed", Factor("approach")), ("the slip", Factor("slip", "absolute_power")),
         ("the signed spin", Factor("spin")), ("the spin's square", Factor("spin", "power", 2.0)),
@@ -197,6 +220,12 @@ def wall_candidates(known: Array) -> list[Candidate]:
     ):
         sizes = np.quantile(np.abs(known[:, column]), SCALES[1:]).tolist() if len(known) else []
         out += scaled(f"{WORD} with {name}", TARGET, form, sizes)
+    return out
+
+
+def _remembered(known: Array) -> list[Candidate]:
+    """What the way, the blows and the contact before have left."""
+    out = []
     out += after_the_way(WORD, TARGET, known)
     remembering = [*leaning(WORD, TARGET, known), *turning(WORD, TARGET, known), *left_fast(WORD, TARGET, known)]
     out += [replace(one, looked=REMEMBERS) for one in remembering]
@@ -209,10 +238,15 @@ def wall_candidates(known: Array) -> list[Candidate]:
     ):  # fmt: skip
         name = f"{WORD} with the time since the contact before{word}"
         out += scaled(name, TARGET, ("since", "exponential", 1.0), fades, factors)
+    return out
+
+
+def _in_time(known: Array) -> list[Candidate]:
+    """A wall that settles, or changes at once."""
     time_s = known[:, W.TIME]
     last = float(time_s.max(initial=0.0))
     settles = [share * last for share in SETTLES]
-    out += scaled(f"{WORD} that settles", TARGET, ("time", "exponential", 1.0), settles)
+    out = scaled(f"{WORD} that settles", TARGET, ("time", "exponential", 1.0), settles)
     changes, worn_at = (np.quantile(known[:, at], CHANGES).tolist() if len(known) else [] for at in (W.TIME, W.BLOWS))
     out += scaled(f"{WORD} that changes at once with the blows", TARGET, ("blows", "below", 1.0), worn_at)
     return out + scaled(f"{WORD} that changes at once", TARGET, ("time", "below", 1.0), changes)
