@@ -43,6 +43,7 @@ IMPACT = WrittenLaw(
         Term("spin_kept", -0.1),
     )
 )
+WALL = WrittenLaw((Term("contact_radius", 2e-4, (Factor("azimuth", "cosine", 3.0, x=0.3),)),))
 
 
 def recording(folder, laws):
@@ -54,11 +55,12 @@ def recording(folder, laws):
 
 
 def test_a_comparison_simulates_the_stated_laws(tmp_path):
-    """Laws of time, drive phase and time since an impact, on a clock of the recording's own; and laws of impacts."""
-    result = simulate(replace(SCENARIO, laws=(FLIGHT, IMPACT)))
+    """Laws of time, drive phase and time since an impact, on a clock of the recording's own; of impacts; the wall's."""
+    result = simulate(replace(SCENARIO, laws=(FLIGHT, IMPACT, WALL)))
     motion, impacts = motion_table(result), impact_table(result)
     motion["time_s"] += LATE_S
     impacts["time_s"] += LATE_S
+    impacts = impacts.assign(normal_rad=result.impacts["normal_rad"])  # as identification tells it
     measured = impacts[[name for name in TABLES["impacts"].names if name in impacts]]
     contacts = [(a + LATE_S, b + LATE_S) for a, b in result.contacts]
 
@@ -67,7 +69,7 @@ def test_a_comparison_simulates_the_stated_laws(tmp_path):
         rng = np.random.default_rng(0)
         return compare(motion, measured, identified(), recording(folder, laws), rng, 0, contacts)
 
-    held, plain = found(tmp_path / "held", (FLIGHT, IMPACT)), found(tmp_path / "plain", ())
+    held, plain = found(tmp_path / "held", (FLIGHT, IMPACT, WALL)), found(tmp_path / "plain", ())
     assert len(held.flights) >= 5
     assert held.flights["rms_m"].max() < 1e-7
     assert plain.flights["rms_m"].max() > 1e-4
