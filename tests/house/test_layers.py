@@ -47,9 +47,11 @@ analysis.gap.drive
 analysis.checks analysis.gap.ladder analysis.simulations analysis.accelerometers
 analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.estimates \
     analysis.gap.laws.dictionary analysis.gap.laws.regression
-analysis.gap.laws.dictionary.flights analysis.gap.laws.dictionary.impacts analysis.gap.laws.frames.forms
+analysis.gap.laws.dictionary.flights analysis.gap.laws.dictionary.impacts analysis.gap.laws.frames.forms \
+    analysis.gap.laws.frames.evidence
 analysis.gap.laws.choice
 analysis.gap.laws analysis.gap.answer analysis.report.pages
+analysis.gap.laws.frames.bodies
 analysis.gap.laws.frames analysis.gap.laws.instead
 analysis.gap.named_laws
 analysis.gap.written_laws

@@ -15,9 +15,9 @@ from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import verdict_of
 from analysis.gap.laws.frames.delay import delay_follows, late_camera
-from analysis.gap.laws.frames.known import known_frames
+from analysis.gap.laws.frames.evidence.known import known_frames
+from analysis.gap.laws.frames.evidence.rows import view_rows
 from analysis.gap.laws.frames.law import find_frame_laws
-from analysis.gap.laws.frames.rows import view_rows
 from analysis.gap.laws.regression.problem import held_out_squares
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_text

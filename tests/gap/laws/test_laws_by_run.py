@@ -18,8 +18,8 @@ from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames import law as frame_law
 from analysis.gap.laws.frames.drifting_clock import drift_of, drifting_clock_law
+from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, problem_of
 from analysis.gap.laws.frames.forms.by_run import by_run, lone_run, nil_in
-from analysis.gap.laws.frames.rows import PICTURE, FrameRows, problem_of
 from analysis.gap.laws.regression.halves import halves_of
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws import words as W

@@ -13,13 +13,13 @@ import pytest
 from analysis.gap.ladder import stated_effects
 from analysis.gap.laws.belief import believed
 from analysis.gap.laws.choice.search import find_law
-from analysis.gap.laws.frames.card import card_rows, find_card_law
+from analysis.gap.laws.frames.bodies.card import card_rows, find_card_law
+from analysis.gap.laws.frames.bodies.markers import MarkerRows, restless_markers
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.dictionary import frame_candidates, marker_candidates
-from analysis.gap.laws.frames.known import known_frames
+from analysis.gap.laws.frames.evidence.known import known_frames
+from analysis.gap.laws.frames.evidence.rows import FrameRows, problem_of
 from analysis.gap.laws.frames.law import find_marker_laws
-from analysis.gap.laws.frames.markers import MarkerRows, restless_markers
-from analysis.gap.laws.frames.rows import FrameRows, problem_of
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.rigid_bodies import loose_markers
 from analysis.gap.selection.flight_steps import first_flights

@@ -12,14 +12,14 @@ from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_c
 from analysis.gap.laws.flight_law import force_gain
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
-from analysis.gap.laws.frames.card import find_card_law
+from analysis.gap.laws.frames.bodies.card import find_card_law
+from analysis.gap.laws.frames.bodies.seen_disk import find_seen_disk_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
 from analysis.gap.laws.frames.drifting_clock import drifting_clock_law
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
-from analysis.gap.laws.frames.seen_disk import find_seen_disk_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.series import Series

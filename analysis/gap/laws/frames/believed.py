@@ -10,7 +10,7 @@ from analysis.flights.fit import FlightFits
 from analysis.gap.ladder import stated_effects
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import given, without_frame_laws
-from analysis.gap.laws.frames.known import known_frames
+from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.series import Series
 from ovines.core.laws.terms import Term, WrittenLaw

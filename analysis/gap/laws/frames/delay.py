@@ -17,7 +17,7 @@ from analysis.gap.laws.choice.search import AS_GOOD, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate, ways
 from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, plain, rings
-from analysis.gap.laws.frames.rows import clock_rows, size_of, view_rows
+from analysis.gap.laws.frames.evidence.rows import clock_rows, size_of, view_rows
 from analysis.gap.series import Series
 from analysis.gap.thresholds import NEGLIGIBLE_FRAMES
 from ovines.core.laws import words as W

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, ways
+from analysis.gap.laws.frames.bodies.markers import TARGETS, MarkerRows
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import delay_candidates
+from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, Key, size_of
 from analysis.gap.laws.frames.forms.by_run import shifts_by_run
 from analysis.gap.laws.frames.forms.followed import (
     after_blows,
@@ -28,8 +30,6 @@ from analysis.gap.laws.frames.forms.followed import (
 )
 from analysis.gap.laws.frames.forms.making import followed
 from analysis.gap.laws.frames.forms.rates import best_rates
-from analysis.gap.laws.frames.markers import TARGETS, MarkerRows
-from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, size_of
 from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]

@@ -13,13 +13,13 @@ from analysis.gap.laws.belief import believed
 from analysis.gap.laws.choice.search import LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound, replaced
+from analysis.gap.laws.frames.bodies.markers import MarkerRows, marker_rows, restless_markers
 from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import late_camera, least_delay_s
 from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidates, marker_candidates, moved_rms
+from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, Key, clock_rows, key_of, picture_rows, view_rows
 from analysis.gap.laws.frames.forms.by_run import lone_run, nil_in
-from analysis.gap.laws.frames.markers import MarkerRows, marker_rows, restless_markers
-from analysis.gap.laws.frames.rows import PICTURE, FrameRows, Key, clock_rows, key_of, picture_rows, view_rows
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from analysis.flights.cutting.runs import Run
-from analysis.gap.laws.frames.known import every_frame, known_frames
-from analysis.gap.laws.frames.rows import Key, key_of, problem_of, size_of
+from analysis.gap.laws.frames.evidence.known import every_frame, known_frames
+from analysis.gap.laws.frames.evidence.rows import Key, key_of, problem_of, size_of
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.loose_markers import apart
 from analysis.gap.series import Series, with_points

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
 from analysis.flights.cutting.runs import Run
-from analysis.gap.laws.frames.known import every_frame
+from analysis.gap.laws.frames.evidence.known import every_frame
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.body_rows import body_rows
 from analysis.gap.series import Series

@@ -24,11 +24,11 @@ from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.bodies.markers import moved_back
+from analysis.gap.laws.frames.evidence.known import known_frames
+from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.laws.frames.forms.followed import after_blows, settled, struck_rim, swung_round, with_spin
 from analysis.gap.laws.frames.forms.making import followed
-from analysis.gap.laws.frames.known import known_frames
-from analysis.gap.laws.frames.markers import moved_back
-from analysis.gap.laws.frames.rows import size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.body_residuals import LOOSE_M

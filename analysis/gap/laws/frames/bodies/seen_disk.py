@@ -20,9 +20,9 @@ from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, RigScales, pair, plain, scaled, spots
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.known import known_frames
-from analysis.gap.laws.frames.markers import moved_back
-from analysis.gap.laws.frames.rows import size_of
+from analysis.gap.laws.frames.bodies.markers import moved_back
+from analysis.gap.laws.frames.evidence.known import known_frames
+from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit
