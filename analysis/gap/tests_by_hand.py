@@ -10,6 +10,7 @@ from analysis.gap.cause import (
     EXCHANGED,
     HELD_BY_MORE,
     IN_PICTURE,
+    OWN_WAY,
     THAN_STATED,
 )
 from ovines.core.effects import EFFECTS
@@ -77,6 +78,12 @@ def unknown_test(stage: str, goes_with: str) -> str:
             f"Two markers have each other's name: {goes_with}. Their views meet only with the names exchanged. "
             "Exchange them in tracks.parquet for these frames, or track again with `ovines track`, and diagnose once "
             "more: nothing of it is left then. Motion and impacts are measured without these markers there."
+        )
+    if goes_with.startswith(OWN_WAY):
+        return (
+            "Every marker is seen off along its own way, as a tracker does that follows late. Track the frames again "
+            "with `ovines track`, or without smoothing and prediction, and diagnose once more: nothing of it is left "
+            "then. Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
         )
     if THAN_STATED in goes_with:
         return (

@@ -6,7 +6,7 @@ import math
 
 from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, BOARDS, DIRECTED, LINES, NES_CARD, NES_PLACE, QUANTITIES, TRAINS
+from ovines.core.laws.words import ALONG, BOARDS, DIRECTED, LINES, MARKER_WAY, NES_CARD, NES_PLACE, QUANTITIES, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -22,6 +22,7 @@ CHANGES = {
     "nes_place_outwards": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
     "nes_card": (r"\Delta\vec s_{\mathrm{NES}}", "place of all markers of the NES +="),
     "nes_card_turn": (r"\Delta\psi_{\mathrm{NES}}", "turn of all markers of the NES +="),
+    "marker_way": (r"\Delta\vec x_m", "place of every marker +="),
     "board_stretch": (r"\Delta\vec x", "place by the boards +="),
     "board_bow": (r"\Delta\vec x", "place by the boards +="),
 }
@@ -43,6 +44,8 @@ NUMBERED = {
 }
 #: what a target of the boards stands for in one line
 WAYS = dict(zip(BOARDS, ("place_along", "distance^2 * place_from"), strict=True))
+#: ... and a direction
+DIRECTIONS = {"nes_place": "direction", "nes_card": "body_direction", MARKER_WAY: "own_way"}
 FLIGHT = (r"\Delta\vec a", "acceleration +=")
 
 
@@ -73,7 +76,7 @@ def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
 
 def _has_direction(term: Term) -> bool:
     """Whether a term's own direction, or way, stands behind its factors."""
-    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, NES_CARD[0], *WAYS)
+    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, NES_CARD[0], MARKER_WAY, *WAYS)
 
 
 def _changed(term: Term) -> tuple[str, str]:
@@ -104,7 +107,7 @@ def _text_term(term: Term, first: bool) -> str:
             "wind": f"({_wind(term)})",
         }.get(own, f"({_place(term)})")
         way = term.target.removeprefix("nes_place_")
-        parts.append(WAYS.get(way, {"nes_place": "direction", "nes_card": "body_direction"}.get(way, way)) + at)
+        parts.append(WAYS.get(way, DIRECTIONS.get(way, way)) + at)
     elif TARGETS[term.target].own in DIRECTED:
         parts.append(f"direction({term.y:.3g} rad)")
     return " * ".join(parts)

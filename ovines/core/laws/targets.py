@@ -138,6 +138,10 @@ TARGETS: dict[str, Target] = {
                 "board_bow", "1/m^2", r"|\vec d|^2\,\vec d", "room", "measurement",
                 "how far a place lies from one of the world, times the square of that: bowed boards add a share of it",
             ),
+            (
+                "marker_way", "m", r"\hat v_m", "", "measurement",
+                "the place of every marker of Host and NES, along its own velocity: a tracker that stays behind",
+            ),
         )
     )
 }  # fmt: skip

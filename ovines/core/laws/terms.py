@@ -187,6 +187,8 @@ def _beside_frames(target: str) -> tuple[str, ...]:
         return W.OF_NES_PLACE
     if target in W.NES_CARD:
         return W.OF_NES_CARD
+    if target == W.MARKER_WAY:
+        return W.OF_MARKER_WAY
     if target == "camera_delay":
         return W.OF_CAMERA_DELAY
     if target in W.PICTURE:

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.gap.cause import Structure
+from analysis.gap.cause import OWN_WAY, Structure
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.flight_law import force_gain
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
 from analysis.gap.laws.frames.bodies.card import find_card_law
+from analysis.gap.laws.frames.bodies.own_way import find_way_law
 from analysis.gap.laws.frames.bodies.seen_disk import find_seen_disk_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import without_frame_laws
@@ -39,11 +40,16 @@ def measurement_laws(
     """Laws of cameras, markers and clocks where something is left in the measurement or beside the drive, or where they
     are believed by themselves, and the ladder of the series without what they say, in which what is left of the
     measurement stays told."""
-    measured = [one for one in ladder.structure if one.stage == "measurement"]
-    bent, told = ([one for one in measured if one.is_taken_out is is_bent] for is_bent in (True, False))
     laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
+    # A tracker that stays behind moves every marker: first, for delays, forces and walls have it in them.
+    way, again = _way_law(ladder, rng, withheld)
+    if way is not None:
+        laws, series, best = (*laws, way), again.measured, again
+    begun = best
+    measured = [one for one in best.structure if one.stage == "measurement"]
+    bent, told = ([one for one in measured if one.is_taken_out is is_bent] for is_bent in (True, False))
     asked = bool(told)
-    drifting = drifting_clock_law(series, ladder.drive)
+    drifting = drifting_clock_law(series, begun.drive)
     if drifting is not None:
         series = without_frame_laws(series, [drifting[0].law])
         laws, best = (*laws, drifting[0]), run_ladder(series, rng, withheld)
@@ -55,14 +61,14 @@ def measurement_laws(
         if found:
             again = run_ladder(corrected, rng, withheld)
             misfit = _misfit(again) / WORSE
-            if misfit <= _misfit(best) or misfit <= interpolated_misfit(ladder.measured, found):
+            if misfit <= _misfit(best) or misfit <= interpolated_misfit(begun.measured, found):
                 laws, series, best = (*laws, *found), corrected, again
-                told = _without_feigned_delay(told, found, ladder, again)
+                told = _without_feigned_delay(told, found, begun, again)
                 told = told or [_delay_structure(one, ladder) for one in found]
     if asked:
         # The disk alone in one view: the two say how they miss each other, flights which of them is off.
         seen = [(law, run_ladder(without, rng, withheld)) for law, without in find_disk_picture_laws(series, rng)]
-        law, again = min(seen, key=lambda one: _misfit(one[1]), default=(None, ladder))
+        law, again = min(seen, key=lambda one: _misfit(one[1]), default=(None, begun))
         if law is not None and _misfit(again) <= WORSE * _misfit(best):
             laws, series, best = (*laws, law), again.measured, again
     # Markers of a body against each other: flights know nothing of them.
@@ -84,6 +90,8 @@ def measurement_laws(
         laws, best, told = (*laws, card), again, [*told, _card_structure(card)]
     if drifting is not None:
         told = [*told, drifting[1]]
+    if way is not None:
+        told = [*told, _way_structure(way, ladder)]
     if not laws:
         return (), ladder
     others = [one for one in best.structure if one.stage != "measurement"]
@@ -100,6 +108,20 @@ def _without_feigned_delay(
     if delayed or again.measurement.clock_change is not None:
         return told
     return [one for one in told if one is not changed]
+
+
+def _way_law(ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]) -> tuple[LawFound | None, Ladder]:
+    """The law of how far every marker is off along its own way, and the ladder of the series without it."""
+    law = find_way_law(ladder.measured, rng)
+    if law is None or believed(law, law.size, _still_m(ladder)) is None:
+        return None, ladder
+    again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
+    return (None, ladder) if _misfit(again) > _misfit(ladder) else (law, again)
+
+
+def _still_m(ladder: Ladder) -> float:
+    """What moves a marker or the disk by less counts as still (m)."""
+    return STILL_SHARE * ladder.series.contact_radius_m
 
 
 def _card_law(
@@ -127,7 +149,7 @@ def seen_disk_law(
     if "flight" not in left or left & {"measurement", "drive"} or ladder.series.points is None:
         return (), ladder
     law, seen_gain = find_seen_disk_law(ladder.flights.named, ladder.series.frame, rng)
-    least_m = STILL_SHARE * ladder.series.contact_radius_m
+    least_m = _still_m(ladder)
     if law is None or law.size <= least_m or law.closed <= UNPROMPTED_CLOSED:
         return (), ladder
     again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
@@ -165,6 +187,13 @@ def _marker_structure(law: LawFound) -> Structure:
     """What a law of a marker leaves that no mean over a part of the runs has shown."""
     one = structure_of_law(law, "measurement", "x", law.size, LOOSE_M)
     return replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: a marker moves on its body")
+
+
+def _way_structure(law: LawFound, ladder: Ladder) -> Structure:
+    """What a law of every marker along its own way leaves, which no probe tells."""
+    one = structure_of_law(law, "measurement", "x", law.size, _still_m(ladder))
+    follows = f", by {one.goes_with}" if law.law.terms[0].factors else ""
+    return replace(one, phase="all", unit="m", goes_with=f"{OWN_WAY}{follows}")
 
 
 def _card_structure(law: LawFound) -> Structure:

@@ -13,6 +13,7 @@ from scipy.interpolate import Akima1DInterpolator
 from analysis.flights.cutting.runs import Run
 from analysis.gap.laws.frames.bodies.card import without_card
 from analysis.gap.laws.frames.bodies.markers import BODIES, without_markers
+from analysis.gap.laws.frames.bodies.own_way import without_way
 from analysis.gap.laws.frames.bodies.seen_disk import without_seen_disk
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import key_of, size_of
@@ -21,7 +22,7 @@ from ovines.camera import Camera, midpoints
 from ovines.camera.bends import BENDS, bend_px
 from ovines.camera.boards import board_bend_px
 from ovines.core.laws.terms import Term, WrittenLaw
-from ovines.core.laws.words import BOARDS, NES_CARD, NES_PICTURE, NES_PLACE
+from ovines.core.laws.words import BOARDS, MARKER_WAY, NES_CARD, NES_PICTURE, NES_PLACE
 from ovines.errors import InputError
 from ovines.recording import Recording
 
@@ -38,10 +39,13 @@ def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
     terms = [term for law in laws for term in series.frame.law(law).terms]
     if not terms:
         return series
-    others = ("clock_delay", *BODIES, *NES_PLACE, *NES_CARD)
+    others = ("clock_delay", MARKER_WAY, *BODIES, *NES_PLACE, *NES_CARD)
     of_cameras = [term for term in terms if term.target not in others]
     if of_cameras:
         series = _without_cameras(series, of_cameras)
+    of_way = [term for term in terms if term.target == MARKER_WAY]
+    if of_way:
+        series = without_way(series, of_way)
     of_markers = [term for term in terms if term.target in BODIES]
     if of_markers:
         series = without_markers(series, of_markers)

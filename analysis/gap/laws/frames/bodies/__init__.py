@@ -1,0 +1,1 @@
+"""What bodies do that cameras and clocks do not: markers on them, the disk's card and picture, trackers."""

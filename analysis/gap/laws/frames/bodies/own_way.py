@@ -1,0 +1,219 @@
+"""A tracker that stays behind what it follows, or runs ahead of it: every marker is off along its own velocity.
+
+Where all are late by one time, the disk is where it was a moment ago: it is as rigid as before, and no body tells.
+Where they are off by one length, as by a dead band, or by more than in proportion to the speed, each marker is off
+otherwise, for a disk that spins moves each of them another way.  What no rigid motion explains tells how far.
+
+A tracker knows the way up to a frame, not the one after it: velocities here are those since the frame before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.flights.cutting.run_data import RunData
+from analysis.gap.laws.choice.search import find_law
+from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.dictionary.modulated import SPEEDS
+from analysis.gap.laws.dictionary.parts import plain, scaled
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.frames.bodies.markers import moved_back
+from analysis.gap.laws.frames.evidence.known import every_frame, known_frames
+from analysis.gap.laws.frames.evidence.rows import problem_of, size_of
+from analysis.gap.laws.linear_law import told_law
+from analysis.gap.laws.regression.problem import Regression
+from analysis.gap.measurement.loose_markers import angle_at, apart
+from analysis.gap.series import Series, with_points
+from analysis.statistics.correlation import slow_mean
+from ovines.core.laws import words as W
+from ovines.core.laws.terms import Factor, Term
+from ovines.errors import InputError
+from ovines.robust import residual_sd
+
+Array = NDArray[np.float64]
+#: powers of a marker's speed; by the first it would be late by one time, which bodies do not tell
+POWERS = (0.0, 2.0, 3.0)
+# A path needs two frames to have a velocity.
+FEWEST_SEEN = 2
+# A velocity is one of so many times its noise on; below, markers are less far off.
+SURE_SD = 3.0
+# Gross errors count as so many sds.
+CLIP_SD = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class WayRows:
+    """The ``problem`` without a law, what laws ``known`` of each frame (N, KNOWN_SIZE) and of each of the disk's
+    markers there (M of them, (N, KNOWN_SIZE) each), and what moving each of them by a unit along its own way adds to
+    the frame's ``units`` rows (N, M, Q)."""
+
+    problem: Regression
+    known: Array
+    of_markers: tuple[Array, ...]
+    units: Array
+
+    def columns(self, terms: Sequence[Term]) -> Array:
+        """Rows (N Q, T) that a unit of each term adds to the residuals' model."""
+        out = np.zeros((len(self.known), self.units.shape[2], len(terms)))
+        for i, known in enumerate(self.of_markers):
+            out += self.units[:, i, :, None] * size_of(terms, known)[:, None, :]
+        return out.reshape(-1, len(terms))
+
+    def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
+        """Columns (N Q, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
+        return np.asarray(self.columns([term]) * np.repeat(cut(self.known), self.units.shape[2], axis=0), float)
+
+    def moved_rms(self, terms: Sequence[Term], coefficients: Array) -> float:
+        """RMS over frames and markers of how far the terms move a marker (m)."""
+        moved = [size_of(terms, known) @ coefficients for known in self.of_markers]
+        return float(np.sqrt(np.mean(np.square(moved))))
+
+
+def way_rows(series: Series) -> WayRows | None:
+    """What the disk's markers say against each other; None where too few frames show all of them."""
+    if series.points is None or series.layouts is None:
+        return None
+    every, begins = every_frame(series)
+    layout = series.layouts["nes"][:, :2]
+    frames: list[Array] = []
+    of_markers: list[list[Array]] = [[] for _ in layout]
+    units: list[Array] = []
+    values: list[Array] = []
+    for one in apart(series, "nes"):
+        data = series.runs[one.run].data
+        known = _since_before(every[begins[one.run] : begins[one.run + 1]], data)[one.frames]
+        moving = [_of_marker(known, place) for place in layout]
+        # Rows of the disk are along its own axes.
+        c, s = np.cos(known[:, W.ANGLE]), np.sin(known[:, W.ANGLE])
+        ways = [_way(marker, data) for marker in moving]
+        seen = [np.column_stack([c * x + s * y, c * y - s * x]) for x, y in (way.T for way in ways)]
+        unit = np.stack([way @ one.basis[2 * i : 2 * i + 2] for i, way in enumerate(seen)], 1)
+        frames.append(known)
+        for own, marker in zip(of_markers, moving, strict=True):
+            own.append(marker)
+        units.append(unit)
+        values.append(one.values)
+    if not frames:
+        return None
+    joined = tuple(np.vstack(own) for own in of_markers)
+    rows = WayRows(problem_of(np.zeros(0), np.zeros((0, 0)), np.vstack(frames), np.zeros(0, np.int64)),
+                   np.vstack(frames), joined, np.concatenate(units))  # fmt: skip
+    return _over_noise(rows, np.concatenate(values))
+
+
+def _over_noise(rows: WayRows, values: Array) -> WayRows | None:
+    """``rows`` of ``values`` (N, Q; m) over their noise: what is left beside all powers of the speed."""
+    count, across = values.shape
+    # Where each marker stands on the disk is unknown: it is the same in all frames.
+    constants = np.tile(np.eye(across), (count, 1))
+    flat = values.reshape(-1)
+    model = np.column_stack([constants, rows.columns([_power(power) for power in POWERS])])
+    left = (flat - model @ np.linalg.lstsq(model, flat, rcond=None)[0]).reshape(values.shape)
+    sds = np.array([residual_sd(column) for column in left.T])
+    if not (sds > 0).all():
+        return None
+    noise = sds * np.array([slow_mean(column / sd) for column, sd in zip(left.T, sds, strict=True)])
+    kept = values - left + np.clip(left, -CLIP_SD * sds, CLIP_SD * sds)
+    at = np.repeat(np.arange(count), across)
+    problem = problem_of((kept / noise).reshape(-1), constants / np.tile(noise, count)[:, None], rows.known, at)
+    return replace(rows, problem=problem, units=rows.units / noise)
+
+
+def _since_before(known: Array, data: RunData) -> Array:
+    """What laws know of the frames of a run, with the disk's velocity and spin since the frame before."""
+    out = known.copy()
+    seen = np.flatnonzero(np.isfinite(data.xy_m).all(1))
+    if len(seen) < FEWEST_SEEN:
+        return out
+    at, way = data.time_s[seen], np.column_stack([data.xy_m[seen], angle_at(data)[seen]])
+    rate = np.diff(way, axis=0) / np.diff(at)[:, None]
+    later = np.clip(np.searchsorted(at, data.time_s) - 1, 0, len(rate) - 1)
+    out[:, [W.VX, W.VY, W.SPIN]] = rate[later]
+    return out
+
+
+def _of_marker(known: Array, place: Array) -> Array:
+    """What laws know of a marker that stands at ``place`` (2,; m) on the disk: what they know of the disk, but for its
+    own velocity."""
+    c, s, spin = np.cos(known[:, W.ANGLE]), np.sin(known[:, W.ANGLE]), known[:, W.SPIN]
+    out = known.copy()
+    out[:, W.VX] -= spin * (s * place[0] + c * place[1])
+    out[:, W.VY] += spin * (c * place[0] - s * place[1])
+    return out
+
+
+def _way(known: Array, data: RunData) -> Array:
+    """Direction (N, 2) of a velocity in the room, shorter than 1 where that is hardly more than noise."""
+    velocity = known[:, [W.VX, W.VY]]
+    sure = SURE_SD * np.sqrt(2) * float(np.median(data.xy_sd_m)) / data.period_s
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    return np.asarray(velocity / np.maximum(speed, sure)[:, None], float)
+
+
+def _power(power: float) -> Term:
+    return Term(W.MARKER_WAY, 1.0, (Factor("speed", "power", power),) if power else ())
+
+
+def way_candidates(rows: WayRows) -> list[Candidate]:
+    """Every candidate for how far behind a tracker stays."""
+    speed = np.concatenate([np.hypot(known[:, W.VX], known[:, W.VY]) for known in rows.of_markers])
+    usual = float(np.sqrt(np.mean(speed**2)))
+    out = [plain(f"markers along their way, by their speed to the power {power:g}", _power(power)) for power in POWERS]
+    out += scaled(
+        "markers along their way while they are slow", W.MARKER_WAY, ("speed", "exponential", 1.0),
+        [share * usual for share in SPEEDS],
+    )  # fmt: skip
+    return out
+
+
+def find_way_law(series: Series, rng: np.random.Generator) -> LawFound | None:
+    """The formula of how far every marker is off along its own way; None where chance would find as much."""
+    rows = way_rows(series)
+    if rows is None:
+        return None
+    found, p = find_law(rows.problem, rows.columns, way_candidates(rows), rng, most_parts=1)
+    if found is None:
+        return None
+    law = told_law(rows, found, p, series.frame)
+    size_m = rows.moved_rms(found.terms, found.coefficients)
+    return replace(law, size=size_m, floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
+
+
+def without_way(series: Series, terms: Sequence[Term]) -> Series:
+    """``series`` with the points of Host and NES moved back by what ``terms`` say, and their pixels alike;
+    `InputError` where there are no markers."""
+    if series.points is None or series.layouts is None:
+        raise InputError(
+            "a law of every marker, and a series without markers",
+            "points.parquet, tracks.parquet or frames in every recording",
+            "leave the law away, or bring the markers",
+        )
+    points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
+    for k, run in enumerate(series.runs):
+        every = known_frames(run.data.time_s, run.data, run.flights)
+        disk, host = _since_before(every, run.data), every.copy()
+        host[:, [W.VX, W.VY]] = _host_since_before(run.data)
+        for body, known in (("host", host), ("nes", disk)):
+            for marker, place in zip(series.recordings[0].bodies[body].markers, series.layouts[body], strict=True):
+                own = _of_marker(known, place[:2]) if body == "nes" else known
+                moved_m = size_of(terms, own).sum(1)[:, None] * _way(own, run.data)
+                way = partial(_at, np.nan_to_num(moved_m), run.data)
+                points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
+                if tracks is not None and moved is not None:
+                    tracks[k] = moved
+    return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+
+
+def _host_since_before(data: RunData) -> Array:
+    """Velocity of the Host since the frame before (N, 2; m/s) in the frames of a run."""
+    gone = data.host.at(data.time_s)[:, :2] - data.host.at(data.time_s - data.period_s)[:, :2]
+    return np.asarray(gone / data.period_s, float)
+
+
+def _at(moved_m: Array, data: RunData, time_s: Array) -> Array:
+    """What stands for the frames of a run (N, 2) at those next to ``time_s``."""
+    return moved_m[np.clip(np.searchsorted(data.time_s, time_s - 0.5 * data.period_s), 0, len(moved_m) - 1)]
