@@ -69,6 +69,22 @@ def _clicked_templates(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"clicked_px": draft.view.get("clicked_px", 0.0)}
 
 
+def _wandering_templates(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Anew in each run."""
+    if size > 0.0:
+        draws = tuple(int(draw) for draw in rng.integers(2**31, size=runs))
+        draft.view.update(wander_px=0.75 * size * spread(rng), wander_draw=draws)
+    return {"wander_px": draft.view.get("wander_px", 0.0)}
+
+
+def _bridged_gaps(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """Anew in each run, twice as many for twice the severity."""
+    if size > 0.0:
+        draws = tuple(int(draw) for draw in rng.integers(2**31, size=runs))
+        draft.view.update(bridged=0.02 * size * spread(rng), bridged_draw=draws)
+    return {"bridged": draft.view.get("bridged", 0.0)}
+
+
 def _hopping_labels(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     """Once in each run, at a time of its own: any two but the middle one."""
     one, other = (int(marker) + 1 for marker in rng.permutation(4)[:2])
@@ -475,6 +491,34 @@ CAMERAS = [
         seen("guessed", 0.36),
         follows="the way of each of the disk's markers to the wall, and each blow just after it",
         round_only=True,
+    ),
+    # A tracker that takes each frame's markers for its templates of the next one.
+    Cause(
+        "unknown_wandering_templates",
+        "measurement",
+        _wandering_templates,
+        follows="the time in the run, farther and farther in no order, at each marker in each camera by itself",
+    ),
+    # A tracker whose search window is too small for what is fast.
+    Cause(
+        "unknown_small_window",
+        "measurement",
+        seen("missed", 0.08),
+        follows="what the speed in the picture has beyond some speed, against its direction",
+    ),
+    # A film that is coded as a whole frame now and then, and what changes after it.
+    Cause(
+        "unknown_ghosted_film",
+        "measurement",
+        seen("ghosted", 0.008),
+        follows="the way in the picture since the last of some frames that are evenly spaced",
+    ),
+    # A tracker that loses the disk's markers now and then, and what is filled in.
+    Cause(
+        "unknown_bridged_gaps",
+        "measurement",
+        _bridged_gaps,
+        follows="the time in the run, in short stretches in no order, and each blow within one",
     ),
     # A tracker that smooths its tracks, over blows, too.
     Cause(

@@ -69,6 +69,12 @@ def _drying_spot(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _shivering_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """By the root of the severity: what is faster than the floor loses with the square of its speed."""
+    draft.plant["shiver_m_per_s"] = 1.0 * np.sqrt(size * spread(rng))
+    return {"shiver_m_per_s": draft.plant["shiver_m_per_s"]}
+
+
 FLOOR_FRICTION = [
     # --- how much of the disk stands on the floor, with which load ---
     Cause("unknown_hop", "flight", changes({"hop_s": 0.012}), rivals=("nes_rocking",)),
@@ -280,6 +286,20 @@ FLOOR_FRICTION = [
         "flight",
         changes({"bristled": 0.5}, signed=True),
         follows="the Host's acceleration along the slip",
+    ),
+    # A disk that raises a film of oil once it has slid fast, and keeps it until it is slow.
+    Cause(
+        "unknown_floating_disk",
+        "flight",
+        changes({"afloat": 0.3}),
+        follows="whether the slip was above one speed since it was last below another one",
+    ),
+    # A floor that a motor makes shiver along the drive, too fast for the cameras.
+    Cause(
+        "unknown_shivering_floor",
+        "flight",
+        _shivering_floor,
+        follows="the slip along the drive's axis and across it, less of the friction the slower it is",
     ),
     # Scratches along the drive.
     Cause(

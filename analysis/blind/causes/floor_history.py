@@ -130,6 +130,13 @@ def _wearing_middle(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return {"wearing": most}
 
 
+def _kicked_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """So slow that a flight has some of its swings."""
+    out = {"kicked": 0.55 * size * spread(rng), "kicked_rad_per_s": 2.0 * np.pi * float(rng.uniform(15.0, 35.0))}
+    draft.plant.update(out)
+    return out
+
+
 FLOOR_HISTORY = [
     # --- by what went before ---
     # A washer whose face was wiped with something wet before each run, and that rubs itself dry.
@@ -312,6 +319,29 @@ FLOOR_HISTORY = [
         "flight",
         changes({"powder": 0.7}),
         follows="the number of blows so far, and the way to the wall",
+    ),
+    # A floor that was dusted before each run, and that the disk polishes where it goes.
+    Cause(
+        "unknown_trodden_floor",
+        "flight",
+        changes({"trodden": 0.5}),
+        follows="the way slid so far in the run near the disk's place in the Host",
+        rivals=("friction_drift",),
+    ),
+    # A disk that throws the dust out from below itself as it turns, until a blow lets it in again.
+    Cause(
+        "unknown_spun_out_dust",
+        "flight",
+        changes({"spun_out": 0.35}),
+        follows="the angle turned since the last blow, ever less, in the friction",
+    ),
+    # A floor plate on soft pads, which each blow on the ring kicks.
+    Cause(
+        "unknown_kicked_floor",
+        "flight",
+        _kicked_floor,
+        follows="the time since the last blow, to and fro, and its normal and approach, in the slip",
+        short_blows=True,
     ),
     # --- by the Host's motion ---
     # A floor plate whose screws are loose follows the ring only in part.

@@ -243,6 +243,15 @@ GEOMETRY = [
         round_only=True,
         short_blows=True,
     ),
+    # A wall that is hollowed out at its foot, and a disk with a rounded edge.
+    Cause(
+        "unknown_coved_wall",
+        "geometry",
+        changes({"coved_m": 2.6e-4}),
+        follows="the approach speed, in how far the disk gets",
+        round_only=True,
+        short_blows=True,
+    ),
     # --- the disk's shape ---
     Cause("unknown_oval_disk", "geometry", _oval_disk, round_only=True),
     Cause("unknown_lobed_disk", "geometry", changes({"trilobe": 0.004}, ("trilobe_rad",)), round_only=True),
@@ -351,6 +360,14 @@ GEOMETRY = [
     ),
     # A ring that lies in its groove with play, and stays where the last blow has pushed it.
     Cause("unknown_loose_ring", "geometry", changes({"loose_ring_m": 2.5e-4}), short_blows=True),
+    # A ring whose screws slip a step in each blow, and that is put back before each run.
+    Cause(
+        "unknown_walking_ring",
+        "geometry",
+        changes({"walked_m": 1.4e-4}),
+        follows="the sum of the normals of the blows so far, along the contact's normal",
+        short_blows=True,
+    ),
     # A thin ring clamped at one side, squashed as the Host starts one way and stretched as it starts the other.
     Cause("unknown_squashed_ring", "geometry", _squashed_ring, round_only=True),
     # A ring that slips in its clamps in the course of a run.

@@ -494,4 +494,19 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_dead_band",
         "unknown_guessing_tracker",
     ),
+    # what is imaginable on a real bench, from another list made before the plant was read, drawn by lot
+    "imaginable": (
+        "unknown_shivering_floor",
+        "unknown_floating_disk",
+        "unknown_trodden_floor",
+        "unknown_kicked_floor",
+        "unknown_spun_out_dust",
+        "unknown_gripping_wall",
+        "unknown_coved_wall",
+        "unknown_walking_ring",
+        "unknown_wandering_templates",
+        "unknown_small_window",
+        "unknown_ghosted_film",
+        "unknown_bridged_gaps",
+    ),
 }

@@ -201,6 +201,13 @@ RESTITUTION = [
         follows="the fifth root of the approach speed",
         rivals=("speed_dependent_restitution",),
     ),
+    # A soft wall that is sheared where it holds on to the rim.
+    Cause(
+        "unknown_gripping_wall",
+        "impact",
+        changes({"gripped": 0.12}),
+        follows="whether the blow sticks or slips along the wall, in the rebound",
+    ),
     # A contact with a spring and a dashpot that grows with its way.
     Cause(
         "unknown_damped_contact",

@@ -11,6 +11,8 @@ from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import (
+    ANGLE,
+    ANGLE_BEFORE,
     CORE,
     COUNT,
     IMPACT_S,
@@ -200,6 +202,7 @@ def _move(
         if not soft:
             copy_into(state, new)
         state[IMPACT_S], state[COUNT], state[WAY_BEFORE] = time, n_impact, state[WAY]
+        state[ANGLE_BEFORE] = state[ANGLE]
         if soft or speed < HOLD_SPEED_M_PER_S:
             touching, since = True, time
     if touching and time - since > sustained:
@@ -253,6 +256,7 @@ def run_plant(
     state[X] += position[0]
     state[Y] += position[1]
     state[IMPACT_S], state[CORE] = -1.0, initial[SPIN]
+    state[ANGLE_BEFORE] = initial[ANGLE]
     state[PRINT_X], state[PRINT_Y] = initial[X], initial[Y]
     scatter = rng.normal(size=4000)
     chances = np.column_stack([scatter, scatter[::-1]])  # no run has half as many impacts

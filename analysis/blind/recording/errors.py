@@ -147,6 +147,12 @@ class ViewErrors:
     hopped_markers: tuple[int, int] = (1, 2)  # ... these, the middle one being 0
     dead_band_px: float = 0.0  # markers are found where they were until they are this far from there
     guessed: float = 0.0  # near the wall the disk's markers are found where their way would lead, by at most this share
+    wander_px: float = 0.0  # each marker in each camera wanders off in a run by this at its end, along either side ...
+    wander_draw: tuple[int, ...] = ()  # ... of each run: which ways
+    missed: float = 0.0  # markers are found behind by this share of what their way from frame to frame has beyond some
+    ghosted: float = 0.0  # markers are drawn back by this share to where they were in the film's last whole frame
+    bridged: float = 0.0  # share of the stretches of some frames in which each marker of the disk is put on a line ...
+    bridged_draw: tuple[int, ...] = ()  # ... of each run: which ones
     smoothed: float = 0.0  # share that a mean over some frames has in where markers are found
     unfocused_px: float = (
         0.0  # both cameras' markers scatter by this 300 px from the picture's middle, evenly less nearer

@@ -16,7 +16,18 @@ from analysis.blind.recording.picture import (
     stuttered,
     unfocused,
 )
-from analysis.blind.recording.tracker import blocked, dragged, guessed, hopped, rounded, smoothed
+from analysis.blind.recording.tracker import (
+    blocked,
+    bridged,
+    dragged,
+    ghosted,
+    guessed,
+    hopped,
+    missed,
+    rounded,
+    smoothed,
+    wandered_off_px,
+)
 from analysis.blind.recording.views import MARKERS, View
 
 
@@ -39,8 +50,13 @@ def tracks_of(
             pixels = by_the_first_camera(pixels, true_time_s[0], view, shaking, errors)
         if index == 1:
             pixels = by_the_second_camera(pixels, view, errors, shaking)
-        pixels = smoothed(read_out(pixels, view, frame_rate_hz, errors), errors)
+        pixels = ghosted(read_out(pixels, view, frame_rate_hz, errors), errors)
+        pixels = smoothed(missed(pixels, errors), errors)
         pixels = dragged(guessed(pixels, points_m[index], errors), errors)
+        if shaking.bridged_draw is not None:
+            pixels = bridged(pixels, index, shaking.bridged_draw, errors)
+        if shaking.wander_draw is not None:
+            pixels = pixels + wandered_off_px(len(pixels), shaking.wander_draw, errors)[index]
         if index == 1 and shaking.hops_from is not None:
             pixels = hopped(pixels, shaking.hops_from, frame_rate_hz, errors)
         if shaking.clicked_px is not None:

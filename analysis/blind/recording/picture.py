@@ -23,8 +23,8 @@ class Shaking:
     along u and v (None: not at all); its picture is too large by the share `zoom`, and that of the second camera
     lies off along v by `second_px`; either lies off by `first_off_px` or `second_off_px` (u, v), if at all, and the
     first by `nudged_px` (frames, 2).  Of the trackers: the share `hops_from` of the run from which on the second one's
-    takes two markers for each other, and how far off either camera's markers were clicked, `clicked_px` (camera,
-    marker, 2)."""
+    takes two markers for each other, how far off either camera's markers were clicked, `clicked_px` (camera,
+    marker, 2), and the run's own chances of markers that wander off and that are lost, if any."""
 
     shake_px: np.ndarray | float = 0.0
     twist_rad: np.ndarray | None = None
@@ -36,6 +36,8 @@ class Shaking:
     nudged_px: Floats | None = None
     hops_from: float | None = None
     clicked_px: Floats | None = None
+    wander_draw: int | None = None
+    bridged_draw: int | None = None
 
 
 STEADY = Shaking()
@@ -60,6 +62,8 @@ def shaking_of(time_s: Floats, lines: Floats, impact_s: Floats, kicks: Floats, r
         nudged_off_px(len(time_s), run, errors) if errors.nudged_px else None,
         errors.hopped[run] if errors.hopped_s else None,
         clicked_off_px(run, errors) if errors.clicked_px else None,
+        errors.wander_draw[run] if errors.wander_px else None,
+        errors.bridged_draw[run] if errors.bridged else None,
     )
 
 

@@ -9,6 +9,9 @@ from analysis.blind.recording.views import DISK, HOST, MARKERS
 
 BLOCK_PX = 8.0  # side of the blocks that a film is coded in
 SMOOTHED_FRAMES = 2  # to either side of a frame, that a tracker's mean is over
+SEARCH_PX = 4.0  # way from frame to frame that a tracker's search window holds all of
+GHOST_FRAMES = 16  # from one whole frame of a film to the next: some seven in a period of a fast drive
+BRIDGED_FRAMES = 3  # of a stretch in which a marker is lost
 GUESSED_M = 0.015  # from the wall, within which it hides a part of a marker: a thick ring stands as high over the disk
 
 
@@ -88,4 +91,48 @@ def guessed(pixels: Floats, points_m: Floats, errors: ViewErrors) -> Floats:
         found[frame] += share[frame] * (goes_on - found[frame])
     out = pixels.copy()
     out[:, DISK] = found
+    return out
+
+
+def wandered_off_px(frames: int, draw: int, errors: ViewErrors) -> Floats:
+    """How far off (2, frames, markers, 2) the markers of either camera are found in a run whose templates are renewed
+    in each frame: each adds a little, a standard normal along u and along v by the run's own `draw`, and the sum of
+    them has a standard deviation of `wander_px` as the run ends."""
+    steps = np.random.default_rng(draw).standard_normal((2, frames, len(MARKERS), 2))
+    steps[:, 0] = 0.0
+    return errors.wander_px / np.sqrt(frames) * np.cumsum(steps, axis=1)
+
+
+def missed(pixels: Floats, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a tracker that looks for a marker around where it was in the frame before: what
+    has gone farther than `SEARCH_PX` from there lies partly outside, and is found behind, by the share `missed` of what
+    it has gone beyond that."""
+    if errors.missed == 0.0:
+        return pixels
+    way = np.diff(pixels, axis=0, prepend=pixels[:1])
+    far = np.linalg.norm(way, axis=-1, keepdims=True)
+    return pixels - errors.missed * np.maximum(1.0 - SEARCH_PX / np.maximum(far, SEARCH_PX), 0.0) * way
+
+
+def ghosted(pixels: Floats, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of a film that is coded as one whole frame in `GHOST_FRAMES` and what changes after
+    it: a weak ghost of the whole frame is left, and each marker is drawn back to it by the share `ghosted` of its way
+    since then."""
+    if errors.ghosted == 0.0:
+        return pixels
+    whole = np.arange(len(pixels)) // GHOST_FRAMES * GHOST_FRAMES
+    return pixels - errors.ghosted * (pixels - pixels[whole])
+
+
+def bridged(pixels: Floats, index: int, draw: int, errors: ViewErrors) -> Floats:
+    """Pixels (frames, markers, 2) of camera `index` where the tracker loses the disk's markers now and then, and
+    somebody fills in what is missing: a share `bridged` of the stretches of `BRIDGED_FRAMES` frames, for each marker by
+    the run's own `draw`, lies on the straight line between the frames before and after."""
+    out, stretches = pixels.copy(), (len(pixels) - 2) // BRIDGED_FRAMES
+    lost = np.random.default_rng([draw, index]).random((stretches, len(DISK))) < errors.bridged
+    part = (np.arange(1, BRIDGED_FRAMES + 1) / (BRIDGED_FRAMES + 1))[:, None]
+    for stretch, marker in np.argwhere(lost):
+        first = BRIDGED_FRAMES * stretch
+        before, after = pixels[first, DISK[marker]], pixels[first + BRIDGED_FRAMES + 1, DISK[marker]]
+        out[first + 1 : first + BRIDGED_FRAMES + 1, DISK[marker]] = before + part * (after - before)
     return out

@@ -5,7 +5,15 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined, making_arrays
 from analysis.blind.plant.flight.air import add_air, drag_rate
 from analysis.blind.plant.flight.fields import add_fields
-from analysis.blind.plant.flight.floor_friction import add_age, add_beads, add_charge, add_oil, floor_friction
+from analysis.blind.plant.flight.floor_friction import (
+    add_age,
+    add_beads,
+    add_charge,
+    add_float,
+    add_oil,
+    add_tread,
+    floor_friction,
+)
 from analysis.blind.plant.flight.floor_load import floor_load
 from analysis.blind.plant.flight.instant import Instant, instant_of
 from analysis.blind.plant.flight.slopes import add_slopes
@@ -63,4 +71,6 @@ def _floor(at: Instant, p: PlantParameters, table: Floats, out: Floats) -> tuple
     add_charge(at, p, out)
     add_age(at, p, out)
     add_beads(at, p, out)
+    add_float(at, p, out)
+    add_tread(at, p, out)
     return force_x, force_y, turn

@@ -8,8 +8,10 @@ from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import (
+    AFLOAT,
     AGED,
     ANGLE,
+    ANGLE_BEFORE,
     APPROACH,
     AZIMUTH,
     BEAD_X,
@@ -24,6 +26,8 @@ from analysis.blind.plant.state import (
     SPIN,
     THERE_X,
     THERE_Y,
+    TRODDEN,
+    TRODDEN_SIDE,
     VX,
     VY,
     WAY,
@@ -35,6 +39,8 @@ LANE_M = 0.01  # half the width of a polished lane: the disk's own
 WORN_M = 0.015  # from the Host's centre to where its floor is worn three fifths as much
 POWDER_BLOWS = 10.0  # after which two thirds of the powder that blows shed in a run lie at the wall
 PATH_M = 0.01  # half the width of the path that a flight clears: the disk's own
+TRODDEN_AT_M = 0.02  # from one place of a floor that is trodden to the next
+TRODDEN_M = 0.15  # way slid near one of them that polishes it by two thirds: a run's share of each
 RIM_EDGE = 0.03  # of the contact radius, within which a dusty rim begins
 BEAD_AT_M = 0.02  # from the Host's centre to a bead of oil that goes round it
 BEAD_M = 0.01  # from a bead's middle to where it wets half as well: it is as wide as the disk
@@ -58,6 +64,9 @@ BEADS_M = 0.03  # way on which beads turn to the disk's new direction: half of a
 SUCTION_M_PER_S = 0.3  # slip at which half of a wet film's suction is left
 BREAK_M_PER_S = 0.1  # of the slip's speed, within which a disk breaks away: no step for the integrator
 STRONGER_M_PER_S, CREEP_M_PER_S = 0.7, 0.05  # speed at which friction is what it is; below which it falls no more
+FLOATS_M_PER_S, SINKS_M_PER_S = 1.4, 0.7  # slip that raises a film below the disk; slip at which it breaks down
+FLOAT_S = 2e-3  # in which either happens: no step for the integrator
+SPUN_OUT_RAD = 3.0  # turn of a disk that throws two thirds of its dust out
 LEAST_RIDING = 0.1  # share of the friction that a disk keeps however fast it spins
 
 
@@ -95,6 +104,7 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     A draught has blown the dust to one side, evenly from one wall to the other: `dusty`.
     A wet spot dries: `_where_it_dries`; ribs hold the floor from below: `_over_ribs`.
     The disk clears its way of frost, which comes back: `_on_the_path`.
+    It polishes a floor that was dusted before the run wherever it slides: `_where_trodden`.
     """
     share, radius = 1.0, np.sqrt(at.x * at.x + at.y * at.y)
     if p.patch_amplitude != 0.0:
@@ -126,6 +136,8 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
         share *= _in_powder(at, p)
     if p.path != 0.0 and at.state[COUNT] > 1.5:  # there was a flight between two impacts
         share *= _on_the_path(at, p)
+    if p.trodden != 0.0:
+        share *= _where_trodden(at, p)
     if p.screws != 0.0:
         share *= _over_screws(at, p)
     if p.drying != 0.0:
@@ -153,6 +165,41 @@ def _on_the_path(at: Instant, p: PlantParameters) -> float:
     passed = min(max(passed / (along_x**2 + along_y**2 + 1e-300), 0.0), 1.0)
     off_x, off_y = at.x - from_x - passed * along_x, at.y - from_y - passed * along_y
     return max(1.0 - p.path * np.exp(-0.5 * (off_x**2 + off_y**2) / PATH_M**2), 0.0)
+
+
+@inlined
+def _where_trodden(at: Instant, p: PlantParameters) -> float:
+    """What the disk has left of the friction where it has slid in the run: 1 - `trodden` (1 - exp(-s / `TRODDEN_M`)), s
+    the way slid at each of nine places, `TRODDEN_AT_M` from each other; between them in proportion to how near."""
+    (low_x, share_x), (low_y, share_y) = _between(at.x), _between(at.y)
+    lost = 0.0
+    for i in range(2):
+        for k in range(2):
+            near = (share_x if i == 1 else 1.0 - share_x) * (share_y if k == 1 else 1.0 - share_y)
+            way = at.state[TRODDEN + TRODDEN_SIDE * (low_y + k) + low_x + i]
+            lost += near * (1.0 - np.exp(-way / TRODDEN_M))
+    return max(1.0 - p.trodden * lost, 0.0)
+
+
+@inlined
+def _between(place_m: float) -> tuple[int, float]:
+    """The number of the last place of a trodden floor's three in a row before `place_m`, and the share of the way from
+    there to the next; beyond the last ones all counts as theirs."""
+    passed = min(max(place_m / TRODDEN_AT_M + 1.0, 0.0), TRODDEN_SIDE - 1.0)
+    low = min(int(passed), TRODDEN_SIDE - 2)
+    return low, passed - low
+
+
+@inlined
+def add_tread(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """The way slid so far at each of a trodden floor's places, as near as the disk is to it."""
+    if p.trodden != 0.0:
+        speed = np.sqrt(at.slip_x**2 + at.slip_y**2)
+        (low_x, share_x), (low_y, share_y) = _between(at.x), _between(at.y)
+        for i in range(2):
+            for k in range(2):
+                near = (share_x if i == 1 else 1.0 - share_x) * (share_y if k == 1 else 1.0 - share_y)
+                out[TRODDEN + TRODDEN_SIDE * (low_y + k) + low_x + i] = near * speed
 
 
 @inlined
@@ -208,6 +255,8 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
     Grease stiffens as it is sheared: 1 + `stiffened_s_per_m` (speed - `STRONGER_M_PER_S`).
     Friction of a polymer goes with a power of the speed: ((speed + `CREEP_M_PER_S`) / `STRONGER_M_PER_S`)^`powered`.
     A disk that spins draws air below itself and rides on it: 1 - `riding_s` times its spin over the floor.
+    What has slid fast floats on the film that it has raised, until it slides slowly: 1 - `afloat` times how far it
+    floats (`add_float`).
     """
     share = 1.0
     if p.lift != 0.0:
@@ -237,6 +286,8 @@ def _by_speed(at: Instant, p: PlantParameters) -> float:
         share *= (speed / STRONGER_M_PER_S) ** p.powered
     if p.riding_s != 0.0:
         share *= max(1.0 - p.riding_s * abs(at.turning), LEAST_RIDING)
+    if p.afloat != 0.0:
+        share *= max(1.0 - p.afloat * at.state[AFLOAT], 0.0)
     return share
 
 
@@ -303,6 +354,8 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     the blow's approach exp(-s / `DEBRIS_M`), s the way slid since.
     Dirt lies along one side of the wall, and a blow there leaves some of it under the disk, until the next: 1 +
     `dirty_side` cos(the last blow's azimuth - `dirty_rad`); before any it is clean on the mean.
+    A disk throws the dust out from below itself as it turns, and a blow lets it in again: 1 + `spun_out` (1 - exp(-the
+    turn since then / `SPUN_OUT_RAD`)), either way.
     The floor is cleaned with alcohol before one of the runs, and rubs more from then on: 1 + `cleaned`, the run's own.
     Beads of wax roll along with the disk until it goes another way: 1 + `beads` (1 - the share of the way just slid
     that had the slip's direction (`add_beads`)) / 2.
@@ -337,6 +390,9 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         share *= 1.0 + p.debris_s_per_m * state[APPROACH] * np.exp(-slid / DEBRIS_M)
     if p.dirty_side != 0.0 and state[COUNT] > 0.5:
         share *= max(1.0 + p.dirty_side * np.cos(state[AZIMUTH] - p.dirty_rad), 0.0)
+    if p.spun_out != 0.0:
+        turned = abs(state[ANGLE] - state[ANGLE_BEFORE])
+        share *= 1.0 + p.spun_out * (1.0 - np.exp(-turned / SPUN_OUT_RAD))
     if p.beads != 0.0:
         along = at.slip_x * state[BEAD_X] + at.slip_y * state[BEAD_Y]
         along /= np.sqrt(at.slip_x**2 + at.slip_y**2) + p.smoothing_m_per_s
@@ -421,6 +477,16 @@ def add_age(at: Instant, p: PlantParameters, out: Floats) -> None:
     if p.aged != 0.0:
         speed = np.sqrt(at.slip_x**2 + at.slip_y**2)
         out[AGED] = (1.0 - at.state[AGED]) / AGE_S - speed * at.state[AGED] / AGE_M
+
+
+@inlined
+def add_float(at: Instant, p: PlantParameters, out: Floats) -> None:
+    """How far a disk floats on a film (0 to 1): it rises within `FLOAT_S` where it slips faster than `FLOATS_M_PER_S`
+    and sinks where it is slower than `SINKS_M_PER_S`; between them it goes on as it did."""
+    if p.afloat != 0.0:
+        square, now = at.slip_x**2 + at.slip_y**2, at.state[AFLOAT]
+        rises = square > FLOATS_M_PER_S**2 or (now > 0.5 and square > SINKS_M_PER_S**2)
+        out[AFLOAT] = ((1.0 if rises else 0.0) - now) / FLOAT_S
 
 
 @inlined

@@ -7,7 +7,9 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.host import Four, pose_of
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, SPIN, VX, VY, X, Y
+from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, NORMAL, SPIN, VX, VY, X, Y
+
+KICKED_S = 0.04  # in which a floor that a blow has kicked comes to rest by two thirds: most of a flight
 
 
 class Instant(NamedTuple):
@@ -33,7 +35,11 @@ class Instant(NamedTuple):
 @inlined
 def instant_of(time: float, state: Floats, p: PlantParameters, host: Floats) -> Instant:
     """The disk at `time`, over a floor that may stay behind the Host (`loose_floor`) or turn below it
-    (`floor_turn_rad_per_s`), or swing about its one screw by `swing_rad_per_m` times the Host's way along x."""
+    (`floor_turn_rad_per_s`), or swing about its one screw by `swing_rad_per_m` times the Host's way along x.
+
+    A floor plate on soft pads is kicked by each blow on the ring that stands on it, and swings: along the blow's normal
+    at `kicked` v exp(-t / `KICKED_S`) cos(`kicked_rad_per_s` t), v the blow's approach, t the time since then.
+    """
     position, velocity, acceleration = pose_of(time, host)
     cosine, sine = np.cos(state[ANGLE]), np.sin(state[ANGLE])
     arm_x = -(cosine * p.mass_x_m - sine * p.mass_y_m)
@@ -51,6 +57,10 @@ def instant_of(time: float, state: Floats, p: PlantParameters, host: Floats) -> 
         swings = p.swing_rad_per_m * velocity[0]
         slip_x, slip_y = slip_x + swings * (y - p.swing_y_m), slip_y - swings * (x - p.swing_x_m)
         turning -= swings
+    late = time - state[IMPACT_S]
+    if p.kicked != 0.0 and state[COUNT] > 0.5 and late >= 0.0:
+        moves = p.kicked * state[APPROACH] * np.exp(-late / KICKED_S) * np.cos(p.kicked_rad_per_s * late)
+        slip_x, slip_y = slip_x - moves * np.cos(state[NORMAL]), slip_y - moves * np.sin(state[NORMAL])
     return Instant(
         time,
         state,

@@ -13,6 +13,7 @@ RIM_POINTS = 24  # around a burr: the friction of their mean is within 1 % of a 
 EDGED_M_PER_S = 0.5  # approach of a blow that tips a disk half as far as any could onto its edge
 EDGED_S = 0.04  # in which it lies flat again: most of a flight
 GRAIN_AT_M = 0.007  # from the disk's middle, of its 10 mm
+SHIVERS = 12  # instants of one shiver of the floor that the mean of its friction is over
 MIDDLE_M = 0.002  # from the Host's centre, within which marks around it have no direction
 
 Traction = tuple[float, float, float]
@@ -26,7 +27,7 @@ def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
     A cloth's nap leads a disk that spins aside, to one side as it goes along the nap and to the other as it comes back:
     across the slip, by `swerve` cos(the slip's direction - `swerve_rad`) in place of `curling`.
     """
-    flat = floor_traction(at.slip_x, at.slip_y, at.turning, p, table)
+    flat = _shivered(at, p, table)
     force_x, force_y, turn = _on_its_edge(_on_a_grain(_on_a_burr(flat, at, p), at, p), at, p)
     if p.anisotropy != 0.0:  # along one direction of the room
         force_x, force_y = _weighed(force_x, force_y, p.anisotropy_phase_rad, p.anisotropy)
@@ -46,6 +47,24 @@ def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
         force_x, force_y = _weighed(force_x, force_y, at.state[ANGLE] + p.warped_rad, p.warped)
     force_x, force_y = _on_circles(force_x, force_y, at, p)
     return force_x, force_y, turn + _on_drifts(at, p)
+
+
+@inlined
+def _shivered(at: Instant, p: PlantParameters, table: Floats) -> Traction:
+    """Of a flat disk on a floor that shivers along the room's x, many times between two frames: the mean over one
+    shiver, of the slip and `shiver_m_per_s` sin(phase) along x.
+
+    What slips along x at less than the floor shivers is held by 2 / pi asin(slip / `shiver_m_per_s`) of the friction,
+    what slips faster by all of it; what slips across is held less the slower it is.
+    """
+    if p.shiver_m_per_s == 0.0:
+        return floor_traction(at.slip_x, at.slip_y, at.turning, p, table)
+    force_x, force_y, turn = 0.0, 0.0, 0.0
+    for k in range(SHIVERS):
+        moves = p.shiver_m_per_s * np.sin(np.pi * ((k + 0.5) / SHIVERS - 0.5))
+        one = floor_traction(at.slip_x + moves, at.slip_y, at.turning, p, table)
+        force_x, force_y, turn = force_x + one[0], force_y + one[1], turn + one[2]
+    return force_x / SHIVERS, force_y / SHIVERS, turn / SHIVERS
 
 
 @inlined

@@ -70,6 +70,7 @@ class FlightParameters:
     ribs: float = 0.0  # floor friction more and less three times around, by this share at the wall ...
     ribs_rad: float = 0.0  # ... more here
     path: float = 0.0  # share of the floor friction lost on the line that the flight before has left
+    trodden: float = 0.0  # share of the floor friction lost where the disk has slid far in the run
     powder: float = 0.0  # floor friction more by this share at the wall after many blows of a run
     unswept: float = 0.0  # floor friction more by this share at the wall, with the square of the way from the middle
     beneath: float = 0.0  # floor friction more by this share 20 mm to one side of the room along x, less to the other
@@ -96,6 +97,8 @@ class FlightParameters:
     riding_s: float = 0.0  # share of the floor friction lost per rad/s of spin over the floor
     chatter: float = 0.0  # share of the floor friction lost at slips near chatter_m_per_s
     chatter_m_per_s: float = 0.7
+    afloat: float = 0.0  # share of the floor friction lost from a fast slip on until a slow one
+    shiver_m_per_s: float = 0.0  # the floor shivers along the room's x by at most this, too fast for any frame
     # ... by the direction, and what turns it aside
     anisotropy: float = 0.0
     anisotropy_phase_rad: float = 0.0
@@ -146,6 +149,7 @@ class FlightParameters:
     specked_share: float = 0.5  # ... of each run: from this share of it on
     dirty_side: float = 0.0  # floor friction more by this share after a blow at one side of the wall, less opposite ...
     dirty_rad: float = 0.0  # ... this one
+    spun_out: float = 0.0  # floor friction more by this share once the disk has turned far since the last blow
     debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
     beads: float = 0.0  # floor friction more by this share in slips back, against those of the way just slid
     clogged: float = 0.0  # floor friction that rises by twice this share along the way slid, and falls at once ...
@@ -160,6 +164,8 @@ class FlightParameters:
     swing_rad_per_m: float = 0.0  # the floor turns about one screw by this much for the Host's way along x ...
     swing_x_m: float = 0.0  # ... which is here
     swing_y_m: float = 0.0
+    kicked: float = 0.0  # a blow kicks the floor along its normal, this share of its approach fast, to and fro ...
+    kicked_rad_per_s: float = 150.0  # ... at this rate
     pitching: float = 0.0  # load more at the wall on the side that the Host is accelerated to, at 8 g of it
     drawn_down: float = 0.0  # floor friction more by this share at 8 g of the Host, with the square of its acceleration
     galloping: float = 0.0  # share of the load that comes and goes twice in a period of the drive, at 8 g ...

@@ -46,6 +46,7 @@ class WallParameters:
     uneven_10_rad: float = 0.0
     uneven_11_rad: float = 0.0
     uneven_12_rad: float = 0.0
+    coved_m: float = 0.0  # the disk gets farther by this where it comes fast, less far by it where slowly
     # the disk's shape
     oval: float = 0.0  # the disk's radius, relative to the contact radius, twice around its rim
     oval_rad: float = 0.0
@@ -91,6 +92,7 @@ class WallParameters:
     hinged_m: float = 0.0  # the wall stays back by this much at 8 g of the Host along one line, and only along it ...
     hinged_rad: float = 0.0  # ... this one
     loose_ring_m: float = 0.0  # the wall lies this far off, to where it was pushed the last time
+    walked_m: float = 0.0  # each blow of a run moves the wall along its normal by this
     squash_m: float = 0.0  # the wall's ellipse that goes with the Host's acceleration, at 8 g of it
     squash_rad: float = 0.0
     slipping_m: float = 0.0  # the wall moves by twice this much during a run
@@ -172,6 +174,7 @@ class WallParameters:
     caught: float = 0.0  # share of the restitution lost in blows slower than caught_m_per_s
     caught_m_per_s: float = 0.6
     heeled: float = 0.0  # restitution lost where the slip is as fast as the approach, in proportion to their ratio
+    gripped: float = 0.0  # share of the restitution lost in blows that stick along the wall
     plastic: float = 0.0  # restitution less in hard blows and more in light ones, with the fourth root of the approach
     wetted_m_per_s: float = 0.0  # speed that the wall's film takes of a blow's approach
     adhesion_m_per_s: float = 0.0  # the wall keeps the energy of this speed in each impact

@@ -27,6 +27,8 @@ from analysis.blind.plant.state import (
     TIRED,
     VX,
     VY,
+    WALK_X,
+    WALK_Y,
 )
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.motion import swing, tiredness
@@ -94,6 +96,8 @@ def remember(
             new[DENTS + struck_sector(blow.azimuth)] += 1.0
         if p.clay_m != 0.0 and blow.outer and blow.approach > KNEADING_M_PER_S:
             new[DENTS + struck_sector(blow.azimuth)] += 1.0
+        if p.walked_m != 0.0 and blow.outer and blow.approach > TOUCH_M_PER_S:
+            new[WALK_X], new[WALK_Y] = state[WALK_X] + blow.nx, state[WALK_Y] + blow.ny
         if p.heated != 0.0:
             new[HEAT] = state[HEAT] + taken(blow, push_n, push_t, p)
         if p.nodding != 0.0:

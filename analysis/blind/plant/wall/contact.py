@@ -11,6 +11,7 @@ from analysis.blind.plant.wall.blow import blow_of, leaning, piled
 from analysis.blind.plant.wall.impulses import impulses
 from analysis.blind.plant.wall.motion import leaked, receded, squashed, wall_offset, wall_velocity
 from analysis.blind.plant.wall.shape import (
+    climbed,
     flat_gap,
     heating_speed,
     kneaded,
@@ -66,6 +67,8 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (far - radius) / size, nx / size, ny / size
     gap += leaked(time, state, p) + receded(state, p)
+    if p.coved_m != 0.0:
+        gap += climbed(((state[VX] - velocity[0]) * x + (state[VY] - velocity[1]) * y) / radius, p)
     wider = swollen(state[SPIN], p) - tipped(time, state, p) + spooled(state[ANGLE], p) + planed(state, p)
     gap -= wider
     if p.obstacle_m > 0.0 and radius - p.obstacle_m - wider < gap:
@@ -160,9 +163,9 @@ def strike(
         new[COUNT] += 1.0
     if p.planing_m != 0.0 and bounce > 0.0:
         new[LEFT] = np.sqrt((new[VX] - blow.host_velocity[0]) ** 2 + (new[VY] - blow.host_velocity[1]) ** 2)
-    # Where it may be at its new spin, as it now lies, with tape and ring as this blow has left them.
-    by_spin = p.swollen_m != 0.0 or p.thrown_m != 0.0
-    if by_spin or p.tipped_m != 0.0 or p.peeling_m != 0.0 or p.planing_m != 0.0 or p.quiver_m != 0.0:
+    # Where it may be at its new spin and speed, as it now lies, with tape and ring as this blow has left them.
+    by_motion = p.swollen_m != 0.0 or p.thrown_m != 0.0 or p.coved_m != 0.0
+    if by_motion or p.tipped_m != 0.0 or p.peeling_m != 0.0 or p.planing_m != 0.0 or p.quiver_m != 0.0:
         gap, nx, ny = wall_gap(time, new, p, host)
         _put_back(new, gap, nx, ny)
     return blow.approach, blow.slip_host

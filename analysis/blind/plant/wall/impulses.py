@@ -18,12 +18,16 @@ def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tu
 
     A wall with a film of oil drags with the slip, whatever the blow presses: for the share `wet_wall` the impulse along
     the tangent is -`WET_DRAG` slip in place of Coulomb's.
+    A soft wall that holds on to the rim is sheared with it, which takes of the rebound: a blow that would stick with
+    the wall's own restitution has 1 - `gripped` of that.
     Friction of rest is more than of sliding: what needs no more than 1 + `static` of the wall's friction sticks.
     """
     w_nn, w_tt, w_nt = _compliance(blow, bounce, p)
     change_n = -(1.0 + restitution(blow, state, p) * bounce) * blow.approach
     change_t = -(1.0 + tangential_restitution(blow, state, p) * bounce) * (blow.slip - p.teeth_m_per_s * bounce)
     mu, glue = wall_friction(blow, state, p), p.cohesion_m_per_s * bounce
+    if p.gripped != 0.0 and bounce > 0.0 and _sticks(change_n, change_t, mu, glue, w_nn, w_tt, w_nt):
+        change_n = -blow.approach - max(1.0 - p.gripped, 0.0) * (-change_n - blow.approach)
     push_n, push_t = _cut(change_n, change_t, blow.slip, mu, p.static * bounce, glue, w_nn, w_tt, w_nt)
     if bounce > 0.0 and p.wet_wall != 0.0:
         wet = min(p.wet_wall, 1.0)
@@ -67,6 +71,14 @@ def _pivoted(blow: Blow, p: PlantParameters) -> tuple[float, float, float]:
     lever_n, lever_t = from_x * blow.ny - from_y * blow.nx, from_x * blow.nx + from_y * blow.ny
     half = 0.5 * p.pivoted
     return half * lever_n**2, half * lever_t**2, half * lever_n * lever_t
+
+
+@inlined
+def _sticks(change_n: float, change_t: float, mu: float, glue: float, w_nn: float, w_tt: float, w_nt: float) -> bool:
+    """Whether the impulse along the tangent of a contact of compliances w that changes its velocity as asked for stays
+    within mu times the normal one and `glue`."""
+    push_n, push_t = w_tt * change_n - w_nt * change_t, w_nn * change_t - w_nt * change_n
+    return bool(abs(push_t) <= mu * abs(push_n) + glue * (w_nn * w_tt - w_nt**2))
 
 
 @inlined

@@ -6,7 +6,20 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.host import HOST_M, HOST_M_PER_S, HOST_M_PER_S2, Four, jerk_of
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import BLOWS, COUNT, IMPACT_S, NOD_VX, NOD_VY, NOD_X, NOD_Y, NORMAL, SLEEVE, TIRED
+from analysis.blind.plant.state import (
+    BLOWS,
+    COUNT,
+    IMPACT_S,
+    NOD_VX,
+    NOD_VY,
+    NOD_X,
+    NOD_Y,
+    NORMAL,
+    SLEEVE,
+    TIRED,
+    WALK_X,
+    WALK_Y,
+)
 
 SLEEVE_S = 0.06  # in which a sleeve comes to rest: about the time from blow to blow
 TIRED_S = 0.12  # in which a liner recovers: two or three blows
@@ -27,7 +40,11 @@ def wall_offset(
 ) -> tuple[float, float]:
     """How far the wall is off its place (x, y in m), beside what it is mounted off: refitted, crept, bolted on anew, on
     springs, with play, on one screw, pushed by the last blow, slipping, jerked, tugged, trailing, dragging, rolling
-    round, swinging; of the Host's `position`, `velocity` and `acceleration`."""
+    round, swinging; of the Host's `position`, `velocity` and `acceleration`.
+
+    A ring whose screws slip goes a step of `walked_m` along the normal with each blow that is no mere touch, and stays
+    there; before each run it is put back.
+    """
     x, y = p.refit_x_m + p.crept_x_m, p.refit_y_m + p.crept_y_m
     x, y = x + p.rebolted_x_m, y + p.rebolted_y_m
     if p.springy_m != 0.0:
@@ -40,6 +57,8 @@ def wall_offset(
         x, y = x + off_x, y + off_y
     if p.loose_ring_m != 0.0 and state[COUNT] > 0.5:  # there was an impact before
         x, y = x + p.loose_ring_m * np.cos(state[NORMAL]), y + p.loose_ring_m * np.sin(state[NORMAL])
+    if p.walked_m != 0.0:
+        x, y = x + p.walked_m * state[WALK_X], y + p.walked_m * state[WALK_Y]
     if p.slipping_m != 0.0:
         off_x, off_y = _slipped(time, p)
         x, y = x + off_x, y + off_y

@@ -26,6 +26,7 @@ TIPPED_M_PER_S = 0.7  # approach of a blow that tips it half as far as any could
 THROWN_RAD_PER_S = 40.0  # spin that throws a heavy tyre out half the way
 QUIVER_S = 0.12  # in which a thin ring that a blow has sprung comes to rest: two flights
 QUIVER_M_PER_S = 0.8  # approach of a blow that springs it half as far as any could
+COVED_M_PER_S = 1.0  # speed towards a coved wall at which the disk gets as far up as on the mean
 SWOLLEN_RAD_PER_S = 40.0  # spin at which a band is as wide as on the mean
 
 Reach = tuple[float, float]
@@ -324,6 +325,15 @@ def swollen(spin: float, p: PlantParameters) -> float:
     if p.swollen_m == 0.0:
         return 0.0
     return p.swollen_m * (spin**2 - SWOLLEN_RAD_PER_S**2) / (spin**2 + SWOLLEN_RAD_PER_S**2)
+
+
+@inlined
+def climbed(outward: float, p: PlantParameters) -> float:
+    """How much farther the disk's middle gets (m) at a wall that is hollowed out at its foot, up which a disk with a
+    rounded edge climbs with its energy: `coved_m` (v^4 - `COVED_M_PER_S`^4) / (v^4 + `COVED_M_PER_S`^4), v its speed
+    outwards against the Host, none where it goes inwards; a slow one does not get onto it."""
+    fourth = max(outward, 0.0) ** 4
+    return p.coved_m * (fourth - COVED_M_PER_S**4) / (fourth + COVED_M_PER_S**4)
 
 
 @inlined

@@ -1,7 +1,7 @@
 """What each cause of the groups that are asked for amounts to, what of the state is its own and which markers it moves;
 and which cases of the latest groups a trial draws."""
 
-from analysis.blind.plant.state import SECTORS
+from analysis.blind.plant.state import SECTORS, TRODDEN_SIDE
 
 # RMS over random states at severity 1, to a factor of two; the spread of sizes is 15 %.
 ORDERS = {
@@ -232,10 +232,7 @@ ORDERS = {
     "unknown_nap_swerve": ("force", 0.3),
     "unknown_wax_beads": ("friction", 0.9),
     "unknown_cleared_path": ("friction", 0.5),
-    "unknown_clogging_face": (
-        "friction",
-        0.14,
-    ),  # of disks that have not slid yet, with as much debris as there is then
+    "unknown_clogging_face": ("friction", 0.14),  # of disks that have not slid yet, with as much debris as then
     "unknown_edge_stand": ("friction's torque", 65.0),
     "unknown_nodal_circles": ("force", 0.4),
     "unknown_hunting_disk": ("force", 0.45),
@@ -358,23 +355,28 @@ ORDERS = {
     "unknown_hopping_labels": ("pixels", 8.6),
     "unknown_dead_band": ("pixels", 0.72),
     "unknown_guessing_tracker": ("pixels", 0.75),
+    "unknown_shivering_floor": ("friction", 0.8),  # of disks slower than those of a run
+    "unknown_floating_disk": ("friction", 0.5),
+    "unknown_trodden_floor": ("friction", 0.5),
+    "unknown_kicked_floor": ("friction", 0.3),
+    "unknown_spun_out_dust": ("friction", 0.4),
+    "unknown_gripping_wall": ("kick", 0.06),
+    "unknown_coved_wall": ("gap", 2e-4),
+    "unknown_walking_ring": ("gap", 2e-4),
+    "unknown_wandering_templates": ("pixels", 0.8),
+    "unknown_small_window": ("pixels", 0.13),  # the disk is faster than the Host
+    "unknown_ghosted_film": ("pixels", 0.5),  # the disk is faster than the Host
+    "unknown_bridged_gaps": ("pixels", 0.9),
 }
+# Of a blow in another direction: where it is struck, how hard.
+ELSEWHERE = ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows")
 # What a cause changes of the state beside velocity and spin: the way over a floor that moves, what is remembered.
 OWN = {
     "unknown_lagging_friction": ("lx", "ly"),
     "unknown_loose_floor": ("way",),
     "unknown_turning_floor": ("way",),
     "unknown_soft_mat": ("print_x", "print_y"),
-    "unknown_sawtooth_wall": (
-        "hard",
-        "azimuth",
-        "normal",
-        "approach",
-        "tired",
-        "slipped",
-        "struck",
-        "blows",
-    ),  # where it is struck, how hard
+    "unknown_sawtooth_wall": ELSEWHERE,
     "unknown_turning_sleeve": ("sleeve",),
     "unknown_loose_core": ("core",),
     "unknown_smeared_drop": ("oiled",),
@@ -382,15 +384,18 @@ OWN = {
     "unknown_aged_contacts": ("aged",),
     "unknown_swinging_floor": ("way",),
     "unknown_cornered_rim": ("hard", "azimuth", "approach", "tired", "struck", "blows"),
-    "unknown_chatter_marks": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows"),
-    "unknown_ragged_wall": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows"),
-    "unknown_bulging_lining": ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows"),
+    "unknown_chatter_marks": ELSEWHERE,
+    "unknown_ragged_wall": ELSEWHERE,
+    "unknown_bulging_lining": ELSEWHERE,
     "unknown_wax_beads": ("bead_x", "bead_y"),
     "unknown_humming_ring": ("hard", "approach", "tired", "blows"),
     "unknown_heated_washer": ("heat",),
     "unknown_hammered_liner": tuple(f"dents_{sector}" for sector in range(SECTORS)),
     "unknown_round_contact": ("x", "y", "angle"),
     "unknown_burnished_wall": tuple(f"dents_{sector}" for sector in range(SECTORS)),
+    "unknown_floating_disk": ("afloat",),
+    "unknown_trodden_floor": tuple(f"trodden_{place}" for place in range(TRODDEN_SIDE**2)),
+    "unknown_kicked_floor": ("way",),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -448,6 +453,7 @@ OF_THE_DISK = (
     "unknown_long_shutter",
     "unknown_hopping_labels",
     "unknown_guessing_tracker",
+    "unknown_bridged_gaps",
 )
 # Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
 AS_BEFORE = {
@@ -570,5 +576,13 @@ AS_BEFORE = {
         "unknown_static_friction",
         "restitution_drift+unknown_dirty_side",
         "camera_clock_offset+unknown_churned_air",
+    ],
+    "imaginable": [
+        "plane_tilt+unknown_ghosted_film",
+        "unknown_small_window",
+        "unknown_bridged_gaps",
+        "unknown_kicked_floor",
+        "restitution_drift+unknown_trodden_floor",
+        "camera_clock_offset+unknown_floating_disk",
     ],
 }

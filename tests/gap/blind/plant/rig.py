@@ -22,7 +22,7 @@ from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import SECTORS, STATES
+from analysis.blind.plant.state import SECTORS, STATES, TRODDEN_SIDE
 from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.plant.wall.lasting_contact import compliant_step, lasts_s, spring_dashpot
 from analysis.blind.plant.wall.motion import swing
@@ -38,6 +38,8 @@ PLACE = (
     *("struck", "charge", "nod_x", "nod_y", "nod_vx", "nod_vy", "aged", "bead_x", "bead_y"),
     *("here_x", "here_y", "there_x", "there_y", "left", "blows", "heat"),
     *(f"dents_{sector}" for sector in range(SECTORS)),
+    *("afloat", "angle_before", "walk_x", "walk_y"),
+    *(f"trodden_{place}" for place in range(TRODDEN_SIDE**2)),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -110,7 +112,10 @@ def random_states(at_wall=False):
     out[:, 37] = latest.uniform(0.3, 2.0, 60)
     out[:, 38] = np.arange(60) % 30
     out[:, 39] = np.random.default_rng(13).uniform(0.0, 12.0, 60)
-    out[:, 40:] = np.random.default_rng(14).integers(0, 5, (60, SECTORS))
+    out[:, 40:48] = np.random.default_rng(14).integers(0, 5, (60, SECTORS))
+    fresh = np.random.default_rng(15)
+    out[:, 48], out[:, 49] = fresh.random(60), out[:, 4] - fresh.normal(0.0, 4.0, 60)
+    out[:, 50:52], out[:, 52:] = fresh.integers(-2, 3, (60, 2)), fresh.uniform(0.0, 0.3, (60, TRODDEN_SIDE**2))
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -169,7 +174,8 @@ def on_its_way(drop=None):
         rng = np.random.default_rng(seed)
         motion = run_plant(p, HOST, draw_start(rng), 1.2, rng)
         known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
-        dents = np.zeros(SECTORS)
+        dents, trodden = np.zeros(SECTORS), np.zeros((TRODDEN_SIDE, TRODDEN_SIDE))
+        known |= {"afloat": 0.0, "angle_before": motion.nodes[0, 5], "walk_x": 0.0, "walk_y": 0.0}
         known |= {"heat": 0.0, "charge": 0.0, "aged": 0.0, "bead_x": 0.0, "bead_y": 0.0, "here_x": 0.0, "here_y": 0.0}
         for before, node in pairwise(motion.nodes):
             passed, (place, velocity, _) = node[0] - before[0], host_pose(node[0], HOST)
@@ -185,6 +191,11 @@ def on_its_way(drop=None):
                 known["oiled"] += passed * np.exp(-0.5 * far) * (1.0 - known["oiled"]) / 0.01
                 known["oiled"] *= 1.0 - slid / 0.06
             known |= {f"dents_{sector}": count for sector, count in enumerate(dents)}
+            speed, at = np.hypot(*(node[3:5] - velocity[:2])), ((node[1:3] - place[:2]) / 0.02).clip(-1.0, 1.0)
+            known["afloat"] = 1.0 if speed > 1.4 else 0.0 if speed < 0.7 else known["afloat"]
+            near = np.maximum(1.0 - np.abs(at[:, None] - np.arange(-1, 2)), 0.0)
+            trodden += slid * np.outer(near[1], near[0])
+            known |= {f"trodden_{place_}": far for place_, far in enumerate(trodden.ravel())}
             state = state_of(**dict(zip(("x", "y", "vx", "vy", "angle", "spin"), node[1:7], strict=True)), **known)
             blows = known["count"]
             if blows < len(motion.impacts) and abs(node[0] - motion.impacts[blows, 0]) < 1e-11:
@@ -196,6 +207,10 @@ def on_its_way(drop=None):
                 known["left"] = np.hypot(*(node[3:5] + kick - velocity[:2]))
                 known |= {"impact_s": node[0], "way_before": known["way"], "count": blows + 1}
                 normal = np.arctan2(*(node[1:3] - place[:2])[::-1])
+                if approach > 0.3:
+                    known["walk_x"] += np.cos(normal)
+                    known["walk_y"] += np.sin(normal)
+                known["angle_before"] = node[5]
                 dents[int(normal % (2.0 * np.pi) / (2.0 * np.pi) * SECTORS)] += approach > 0.3
                 known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}
                 after = impact(node[0], state, p, HOST, np.zeros(2), 1.0)[0]

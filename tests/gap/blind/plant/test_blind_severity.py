@@ -29,13 +29,20 @@ GROUPS = (
     "surmised",
     "conjectured",
     "envisaged",
+    "imaginable",
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
 MOVED = [name for name in NAMES if name not in SEEN]
 # The severity of the first is how many runs it is in, not how much it does in one; that of the second adds up in a run,
-# and is that of the rate itself, as of the listed one's; that of the last is how long it does it.
-BY_THEMSELVES = ("unknown_dropped_frame", "unknown_drifting_oscillator", "unknown_hopping_labels")
+# and is that of the rate itself, as of the listed one's; that of the third is how long it does it, that of the last how
+# often.
+BY_THEMSELVES = (
+    "unknown_dropped_frame",
+    "unknown_drifting_oscillator",
+    "unknown_hopping_labels",
+    "unknown_bridged_gaps",
+)
 # How much of the slip comes back is seen in the spin.
 BY_THE_RIM = (
     *("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner", "unknown_sheared_gel"),
@@ -55,13 +62,15 @@ STAGES = {
     "surmised": (5, 3, 2, 2),
     "conjectured": (4, 6, 0, 2),
     "envisaged": (3, 5, 0, 4),
+    "imaginable": (5, 1, 2, 4),
 }
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half, and of a
 # restitution divided by the approach; light blows soon stick, and where a wall holds less more blows slip; a chord that
 # is half as deep is not as long; what grows with a speed is full above it, and half the speed takes in fewer blows; a
 # contact that lasts half as long sticks and slips no less in it; most of what sticks by a little more friction does so
-# by half of that; and what goes on from what it has found overshoots the more the more it does so.
+# by half of that; what goes on from what it has found overshoots the more the more it does so; and on a floor that
+# shivers or swings slow slips change at once.
 BENT = {
     "unknown_swinging_ring": 0.25,
     "unknown_slip_weakened_wall": 0.35,
@@ -85,6 +94,8 @@ BENT = {
     "unknown_contaminated_wall": 0.35,
     "unknown_burnished_wall": 0.2,
     "unknown_guessing_tracker": 0.2,
+    "unknown_shivering_floor": 0.2,
+    "unknown_kicked_floor": 0.2,
 }
 
 
@@ -157,6 +168,9 @@ def _acts(name):
             "unknown_clicked_templates": camera != "",
             "unknown_dead_band": camera != "",
             "unknown_guessing_tracker": of_the_disk,
+            "unknown_wandering_templates": camera != "",
+            "unknown_small_window": camera != "",
+            "unknown_ghosted_film": camera != "",
         }[name]
 
     return chosen

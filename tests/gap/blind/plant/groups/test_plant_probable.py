@@ -9,7 +9,7 @@ from analysis.blind.plant.dynamics import run_plant
 from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
-from analysis.blind.plant.state import DENTS, SECTORS
+from analysis.blind.plant.state import AFLOAT, DENTS, SECTORS
 from analysis.blind.plant.wall.contact import contact_velocity, impact, wall_gap
 from analysis.blind.recording.clock import latest_s, woken_s
 from analysis.blind.recording.errors import ViewErrors
@@ -151,11 +151,11 @@ def test_blows_knead_the_clay():
         sides.append(wall_gap(0.1, moved, ring, STILL)[0])
     assert abs(sides[1] - sides[0]) / 2e-6 < 2e-4
     for speed, more in ((1.0, 1.0), (0.6, 0.0)):  # a light blow kneads nothing
-        kept = struck(ring, vx=speed, dents_0=2, dents_5=1, dents_7=2)[DENTS:]
+        kept = struck(ring, vx=speed, dents_0=2, dents_5=1, dents_7=2)[DENTS:AFLOAT]
         assert kept.tolist() == [2.0 + more, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 2.0]
     post = ring._replace(obstacle_m=0.018)  # what strikes the cylinder leaves the wall alone
     out = impact(0.1, state_of(x=0.018, vx=-1.0), post, STILL, np.zeros(2), 1.0)[0]
-    assert out[2] == pytest.approx(0.7) and not out[DENTS:].any()
+    assert out[2] == pytest.approx(0.7) and not out[DENTS:AFLOAT].any()
     motion = run_plant(ring, STILL, np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), 0.4, np.random.default_rng(0))
     assert len(motion.impacts) > 2
     # Along x, between two sectors: each blow goes to the first of them, and lets the next there half as far again.

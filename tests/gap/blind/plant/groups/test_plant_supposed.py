@@ -11,7 +11,7 @@ from analysis.blind.plant.dynamics import run_plant
 from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
-from analysis.blind.plant.state import DENTS, SECTORS
+from analysis.blind.plant.state import AFLOAT, DENTS, SECTORS
 from analysis.blind.plant.wall.contact import contact_velocity, wall_gap
 from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.markers import draw_marks, leaning, papered
@@ -134,9 +134,9 @@ def test_each_blow_dents_its_place():
     for blows in (0, 1, 4):
         assert head_on(liner, 1.2, dents_0=blows, dents_3=9)[0] == pytest.approx(-1.2 * (0.7 - 0.05 * blows))
     for speed, more in ((1.0, 1.0), (0.2, 0.0)):  # a touch dents nothing
-        kept = struck(liner, vx=speed, dents_0=2, dents_5=1)[DENTS:]
+        kept = struck(liner, vx=speed, dents_0=2, dents_5=1)[DENTS:AFLOAT]
         assert kept.tolist() == [2.0 + more, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]
-    assert not struck(BARE, vx=1.0)[DENTS:].any()
+    assert not struck(BARE, vx=1.0)[DENTS:AFLOAT].any()
     motion = run_plant(liner, HOST, np.array([0.02, 0.01, -0.6, 0.5, 0.3, 40.0]), 0.5, np.random.default_rng(0))
     counts = np.zeros(SECTORS)
     for (time, approach, _), kick, normal in zip(motion.impacts, motion.kicks, motion.normals, strict=True):
