@@ -121,7 +121,7 @@ def _way_law(ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str])
 
 def _still_m(ladder: Ladder) -> float:
     """What moves a marker or the disk by less counts as still (m)."""
-    return STILL_SHARE * ladder.series.contact_radius_m
+    return STILL_SHARE * ladder.measured.contact_radius_m
 
 
 def _card_law(
