@@ -21,7 +21,7 @@ IN_PICTURE = "the place in the picture of"
 #: what one begins with of markers that have each other's name
 EXCHANGED = "the names of"
 #: what one begins with of a tracker that stays behind what it follows
-OWN_WAY = "the way of each marker, which every one of them is seen off along"
+OWN_WAY = "the way that each marker goes: it is seen behind where it is"
 #: what markers have in their words that lie on their body otherwise than stated
 THAN_STATED = "than layout_m says"
 BENT = "it is bent, by more than a calibration leaves of a lens"

@@ -47,6 +47,19 @@ def test_a_shutter_that_stays_open_goes_with_the_square_of_the_speed(loaded):
     assert find_way_law(without_frame_laws(series, [law.law]), np.random.default_rng(0)) is None
 
 
+def test_a_search_window_that_is_too_small_begins_at_a_speed(loaded):
+    """The plant's holds 4 px from frame to frame."""
+    true, series = loaded("unknown_small_window", 0.7, 6, "white", 3)
+    law = find_way_law(series, np.random.default_rng(0))
+    ((factor,),) = (term.factors for term in law.law.terms)
+    assert (factor.quantity, factor.function) == ("speed", "above"), as_text(law.law)
+    camera, period_s = series.cameras[0], series.motions[0]["time_s"].diff().median()
+    metres_per_px = np.linalg.norm(camera.centre_m) / camera.matrix[0, 0] * series.frame.length
+    assert factor.scale == pytest.approx(4.0 * metres_per_px / period_s, rel=0.15)
+    assert -law.law.terms[0].coefficient == pytest.approx(true["missed"] * period_s, rel=0.15)
+    assert find_way_law(without_frame_laws(series, [law.law]), np.random.default_rng(0)) is None
+
+
 @pytest.mark.parametrize(("kind", "noise"), [("none", "ar1"), ("none", "warp"), ("sensor_window_offset", "white")])
 def test_markers_in_their_places_have_no_law(loaded, kind, noise):
     _, series = loaded(kind, 1.0, 8, noise, 2)

@@ -111,12 +111,15 @@ def _without_feigned_delay(
 
 
 def _way_law(ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]) -> tuple[LawFound | None, Ladder]:
-    """The law of how far every marker is off along its own way, and the ladder of the series without it."""
+    """The law of how far every marker stays behind on its own way, and the ladder of the series without it.  Bodies
+    tell how far, and both halves of the runs alike; flights, which know nothing of it, must fit better without."""
     law = find_way_law(ladder.measured, rng)
-    if law is None or believed(law, law.size, _still_m(ladder)) is None:
+    if law is None or law.size <= _still_m(ladder) or law.halves is None:
+        return None, ladder
+    if not (law.halves.agree and law.halves.both_show_it):
         return None, ladder
     again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
-    return (None, ladder) if _misfit(again) > _misfit(ladder) else (law, again)
+    return (law, again) if WORSE * _misfit(again) < _misfit(ladder) else (None, ladder)
 
 
 def _still_m(ladder: Ladder) -> float:
@@ -192,7 +195,7 @@ def _marker_structure(law: LawFound) -> Structure:
 def _way_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of every marker along its own way leaves, which no probe tells."""
     one = structure_of_law(law, "measurement", "x", law.size, _still_m(ladder))
-    follows = f", by {one.goes_with}" if law.law.terms[0].factors else ""
+    follows = ", by a length that follows its speed" if law.law.terms[0].factors else ""
     return replace(one, phase="all", unit="m", goes_with=f"{OWN_WAY}{follows}")
 
 

@@ -1,4 +1,4 @@
-"""A tracker that stays behind what it follows, or runs ahead of it: every marker is off along its own velocity.
+"""A tracker that stays behind what it follows: every marker is off along its own velocity.
 
 Where all are late by one time, the disk is where it was a moment ago: it is as rigid as before, and no body tells.
 Where they are off by one length, as by a dead band, or by more than in proportion to the speed, each marker is off
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from analysis.flights.cutting.run_data import RunData
 from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import Candidate
-from analysis.gap.laws.dictionary.modulated import SPEEDS
+from analysis.gap.laws.dictionary.modulated import BEYOND, SPEEDS
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.bodies.markers import moved_back
@@ -37,6 +37,7 @@ from ovines.robust import residual_sd
 Array = NDArray[np.float64]
 #: powers of a marker's speed; by the first it would be late by one time, which bodies do not tell
 POWERS = (0.0, 2.0, 3.0)
+BEYOND_A_SPEED = "markers along their way beyond a speed"
 # A path needs two frames to have a velocity.
 FEWEST_SEEN = 2
 # A velocity is one of so many times its noise on; below, markers are less far off.
@@ -167,20 +168,31 @@ def way_candidates(rows: WayRows) -> list[Candidate]:
         "markers along their way while they are slow", W.MARKER_WAY, ("speed", "exponential", 1.0),
         [share * usual for share in SPEEDS],
     )  # fmt: skip
+    # What has gone farther than a search window in a frame is found at its edge.
+    out += scaled(
+        BEYOND_A_SPEED, W.MARKER_WAY, ("speed", "above", 1.0),
+        [share * usual for share in BEYOND],
+    )  # fmt: skip
     return out
 
 
 def find_way_law(series: Series, rng: np.random.Generator) -> LawFound | None:
-    """The formula of how far every marker is off along its own way; None where chance would find as much."""
+    """The formula of how far every marker stays behind on its own way; None where chance would find as much."""
     rows = way_rows(series)
     if rows is None:
         return None
-    found, p = find_law(rows.problem, rows.columns, way_candidates(rows), rng, most_parts=1)
-    if found is None:
+    asked = way_candidates(rows)
+    found, p = find_law(rows.problem, rows.columns, asked, rng, most_parts=1)
+    if found is not None and found.parts[0].name == BEYOND_A_SPEED and found.coefficients[0] > 0:
+        # Ahead in proportion to the speed beyond one is behind by one length, but for what all are late by alike.
+        asked = [one for one in asked if one.name != BEYOND_A_SPEED]
+        found, p = find_law(rows.problem, rows.columns, asked, rng, most_parts=1)
+    # What is ahead of where it goes is no tracker that stays behind: a guess where the wall hides markers is.
+    if found is None or found.coefficients[0] > 0:
         return None
     law = told_law(rows, found, p, series.frame)
     size_m = rows.moved_rms(found.terms, found.coefficients)
-    return replace(law, size=size_m, floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
+    return replace(law, size=size_m)
 
 
 def without_way(series: Series, terms: Sequence[Term]) -> Series:
