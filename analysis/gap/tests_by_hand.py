@@ -81,9 +81,9 @@ def unknown_test(stage: str, goes_with: str) -> str:
         )
     if goes_with.startswith(OWN_WAY):
         return (
-            "Every marker is seen behind where it is on its own way, as by a tracker that follows late. Track the frames "
-            "again with `ovines track`, or without smoothing and prediction, and diagnose once more: nothing of it is left "
-            "then. Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
+            "Every marker is seen behind where it is on its own way, as by a tracker that follows late. Track the "
+            "frames again with `ovines track`, or without smoothing and prediction, and diagnose once more: nothing "
+            "of it is left then. Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
         )
     if THAN_STATED in goes_with:
         return (

@@ -59,10 +59,7 @@ class WayRows:
 
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (N Q, T) that a unit of each term adds to the residuals' model."""
-        out = np.zeros((len(self.known), self.units.shape[2], len(terms)))
-        for i, known in enumerate(self.of_markers):
-            out += self.units[:, i, :, None] * size_of(terms, known)[:, None, :]
-        return out.reshape(-1, len(terms))
+        return _columns(terms, self.of_markers, self.units)
 
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
         """Columns (N Q, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
@@ -101,18 +98,24 @@ def way_rows(series: Series) -> WayRows | None:
     if not frames:
         return None
     joined = tuple(np.vstack(own) for own in of_markers)
-    rows = WayRows(problem_of(np.zeros(0), np.zeros((0, 0)), np.vstack(frames), np.zeros(0, np.int64)),
-                   np.vstack(frames), joined, np.concatenate(units))  # fmt: skip
-    return _over_noise(rows, np.concatenate(values))
+    return _over_noise(np.concatenate(values), np.vstack(frames), joined, np.concatenate(units))
 
 
-def _over_noise(rows: WayRows, values: Array) -> WayRows | None:
-    """``rows`` of ``values`` (N, Q; m) over their noise: what is left beside all powers of the speed."""
+def _columns(terms: Sequence[Term], of_markers: Sequence[Array], units: Array) -> Array:
+    out = np.zeros((len(units), units.shape[2], len(terms)))
+    for i, known in enumerate(of_markers):
+        out += units[:, i, :, None] * size_of(terms, known)[:, None, :]
+    return out.reshape(-1, len(terms))
+
+
+def _over_noise(values: Array, known: Array, of_markers: tuple[Array, ...], units: Array) -> WayRows | None:
+    """Rows of ``values`` (N, Q; m) over their noise: what is left beside all powers of the speed."""
     count, across = values.shape
     # Where each marker stands on the disk is unknown: it is the same in all frames.
     constants = np.tile(np.eye(across), (count, 1))
     flat = values.reshape(-1)
-    model = np.column_stack([constants, rows.columns([_power(power) for power in POWERS])])
+    powers = _columns([_power(power) for power in POWERS], of_markers, units)
+    model = np.column_stack([constants, powers])
     left = (flat - model @ np.linalg.lstsq(model, flat, rcond=None)[0]).reshape(values.shape)
     sds = np.array([residual_sd(column) for column in left.T])
     if not (sds > 0).all():
@@ -120,8 +123,8 @@ def _over_noise(rows: WayRows, values: Array) -> WayRows | None:
     noise = sds * np.array([slow_mean(column / sd) for column, sd in zip(left.T, sds, strict=True)])
     kept = values - left + np.clip(left, -CLIP_SD * sds, CLIP_SD * sds)
     at = np.repeat(np.arange(count), across)
-    problem = problem_of((kept / noise).reshape(-1), constants / np.tile(noise, count)[:, None], rows.known, at)
-    return replace(rows, problem=problem, units=rows.units / noise)
+    problem = problem_of((kept / noise).reshape(-1), constants / np.tile(noise, count)[:, None], known, at)
+    return WayRows(problem, known, of_markers, units / noise)
 
 
 def _since_before(known: Array, data: RunData) -> Array:
