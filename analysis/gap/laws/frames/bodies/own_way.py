@@ -195,7 +195,8 @@ def find_way_law(series: Series, rng: np.random.Generator) -> LawFound | None:
         return None
     law = told_law(rows, found, p, series.frame)
     size_m = rows.moved_rms(found.terms, found.coefficients)
-    return replace(law, size=size_m)
+    # No figure in bins of the speed: what is in proportion to it no body tells, so that any line may lie beside them.
+    return replace(law, size=size_m, evidence=None)
 
 
 def without_way(series: Series, terms: Sequence[Term]) -> Series:
