@@ -7,7 +7,7 @@ residuals, too."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -24,7 +24,7 @@ from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.bodies.markers import moved_back
+from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.laws.frames.forms.followed import after_blows, settled, struck_rim, swung_round, with_spin
@@ -34,11 +34,10 @@ from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.loose_markers import angle_at
 from analysis.gap.selection.flights.fit import FlightFit
-from analysis.gap.series import Series, with_points
+from analysis.gap.series import Series
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
 from ovines.core.laws.words import NES_CARD
-from ovines.errors import InputError
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
@@ -247,20 +246,14 @@ def _without_gross(rows: CardRows, explained: Array) -> CardRows:
 def without_card(series: Series, terms: Sequence[Term]) -> Series:
     """``series`` with the disk's markers where the card would have them without what ``terms`` say; `InputError` where
     there are none."""
-    if series.points is None or series.layouts is None:
-        raise InputError(
-            "a law of the NES' markers, and a series without markers",
-            "points.parquet, tracks.parquet or frames in every recording",
-            "leave the law away, or bring the markers",
-        )
-    points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
-    for place_m, marker in zip(series.layouts["nes"][:, :2], series.recordings[0].bodies["nes"].markers, strict=True):
-        for k, run in enumerate(series.runs):
-            way = partial(_way, terms, place_m, run=run)
-            points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
-            if tracks is not None and moved is not None:
-                tracks[k] = moved
-    return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+
+    def ways(run: Run) -> Iterator[tuple[str, Way]]:
+        assert series.layouts is not None
+        markers = series.recordings[0].bodies["nes"].markers
+        for place_m, marker in zip(series.layouts["nes"][:, :2], markers, strict=True):
+            yield marker, partial(_way, terms, place_m, run=run)
+
+    return all_moved_back(series, "a law of the NES' markers", ways)
 
 
 def _way(terms: Sequence[Term], place_m: Array, time_s: Array, run: Run) -> Array:

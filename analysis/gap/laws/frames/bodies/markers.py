@@ -5,21 +5,21 @@ What the marker cannot do is the noise, however much it does itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from analysis.flights.cutting.runs import Run
+from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back
 from analysis.gap.laws.frames.evidence.known import every_frame, known_frames
 from analysis.gap.laws.frames.evidence.rows import Key, key_of, problem_of, size_of
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.loose_markers import apart
-from analysis.gap.series import Series, with_points
+from analysis.gap.series import Series
 from analysis.statistics.correlation import slow_mean
 from ovines.core.laws.terms import Term
 from ovines.errors import InputError
@@ -122,12 +122,6 @@ def _without_gross(values: Array) -> Array:
 def without_markers(series: Series, terms: Sequence[Term]) -> Series:
     """``series`` with the points of markers moved back by what ``terms`` say, and their pixels alike; `InputError`
     where there is no such marker."""
-    if series.points is None:
-        raise InputError(
-            "a law of a marker, and a series without markers",
-            "points.parquet, tracks.parquet or frames in every recording",
-            "leave the law away, or bring the markers",
-        )
     keys = sorted({key_of(term) for term in terms})
     for target, number in keys:
         markers = series.recordings[0].bodies[BODIES[target]].markers
@@ -137,37 +131,13 @@ def without_markers(series: Series, terms: Sequence[Term]) -> Series:
                 f"one of its {len(markers)} markers",
                 "correct x of its terms",
             )
-    points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
-    for key in keys:
-        own = [term for term in terms if key_of(term) == key]
-        marker = series.recordings[0].bodies[BODIES[key[0]]].markers[key[1]]
-        for k, run in enumerate(series.runs):
-            way = partial(_way, own, key[0], run=run)
-            points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
-            if tracks is not None and moved is not None:
-                tracks[k] = moved
-    return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
 
+    def ways(run: Run) -> Iterator[tuple[str, Way]]:
+        for key in keys:
+            own = [term for term in terms if key_of(term) == key]
+            yield series.recordings[0].bodies[BODIES[key[0]]].markers[key[1]], partial(_way, own, key[0], run=run)
 
-def moved_back(
-    points: pd.DataFrame,
-    tracks: pd.DataFrame | None,
-    series: Series,
-    marker: str,
-    way: Callable[[Array], Array],
-) -> tuple[pd.DataFrame, pd.DataFrame | None]:
-    """Points and tracks of a run with a ``marker`` back from where ``way`` of its times (N,; s) has moved it in the
-    room (N, 2; m)."""
-    here = (points["marker"] == marker).to_numpy()
-    seen = points[here]
-    if not len(seen):
-        return points, tracks
-    gone = way(seen["time_s"].to_numpy(float))
-    if tracks is not None and series.cameras is not None:
-        tracks = _tracks_moved(tracks, series, seen, gone)
-    points = points.copy()
-    points.loc[here, ["x_m", "y_m"]] -= gone
-    return points, tracks
+    return all_moved_back(series, "a law of a marker", ways)
 
 
 def _way(terms: Sequence[Term], target: str, time_s: Array, run: Run) -> Array:
@@ -181,17 +151,3 @@ def _way(terms: Sequence[Term], target: str, time_s: Array, run: Run) -> Array:
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     x, y = way[:, :1], way[:, 1:]
     return np.nan_to_num(np.hstack([c * x - s * y, s * x + c * y]))
-
-
-def _tracks_moved(tracks: pd.DataFrame, series: Series, seen: pd.DataFrame, way: Array) -> pd.DataFrame:
-    """Tracks whose marker ``seen`` as points has not gone its ``way`` (N, 2; m)."""
-    assert series.cameras is not None
-    place = seen[["x_m", "y_m", "z_m"]].to_numpy(float)
-    still = place - np.column_stack([way, np.zeros(len(way))])
-    moved = tracks.copy()
-    for camera in series.cameras:
-        by_frame = pd.DataFrame(camera.project(place) - camera.project(still), index=seen["frame"].to_numpy())
-        here = ((tracks["camera"] == camera.name) & (tracks["marker"] == seen["marker"].iloc[0])).to_numpy()
-        shift = by_frame.reindex(tracks["frame"].to_numpy()[here]).fillna(0.0).to_numpy()
-        moved.loc[here, ["u_px", "v_px"]] -= shift
-    return moved

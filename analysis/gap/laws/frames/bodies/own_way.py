@@ -8,7 +8,7 @@ A tracker knows the way up to a frame, not the one after it: velocities here are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,22 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
+from analysis.flights.cutting.runs import Run
 from analysis.gap.laws.choice.search import find_law
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.modulated import BEYOND, SPEEDS
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.bodies.markers import moved_back
+from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back
 from analysis.gap.laws.frames.evidence.known import every_frame, known_frames
 from analysis.gap.laws.frames.evidence.rows import problem_of, size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.loose_markers import angle_at, apart
-from analysis.gap.series import Series, with_points
+from analysis.gap.series import Series
 from analysis.statistics.correlation import slow_mean
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
-from ovines.errors import InputError
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
@@ -202,26 +202,19 @@ def find_way_law(series: Series, rng: np.random.Generator) -> LawFound | None:
 def without_way(series: Series, terms: Sequence[Term]) -> Series:
     """``series`` with the points of Host and NES moved back by what ``terms`` say, and their pixels alike;
     `InputError` where there are no markers."""
-    if series.points is None or series.layouts is None:
-        raise InputError(
-            "a law of every marker, and a series without markers",
-            "points.parquet, tracks.parquet or frames in every recording",
-            "leave the law away, or bring the markers",
-        )
-    points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
-    for k, run in enumerate(series.runs):
+
+    def ways(run: Run) -> Iterator[tuple[str, Way]]:
+        assert series.layouts is not None
         every = known_frames(run.data.time_s, run.data, run.flights)
         disk, host = _since_before(every, run.data), every.copy()
         host[:, [W.VX, W.VY]] = _host_since_before(run.data)
-        for body, known in (("host", host), ("nes", disk)):
+        for body in ("host", "nes"):
             for marker, place in zip(series.recordings[0].bodies[body].markers, series.layouts[body], strict=True):
-                own = _of_marker(known, place[:2]) if body == "nes" else known
+                own = _of_marker(disk, place[:2]) if body == "nes" else host
                 moved_m = size_of(terms, own).sum(1)[:, None] * _way(own, run.data)
-                way = partial(_at, np.nan_to_num(moved_m), run.data)
-                points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
-                if tracks is not None and moved is not None:
-                    tracks[k] = moved
-    return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+                yield marker, partial(_at, np.nan_to_num(moved_m), run.data)
+
+    return all_moved_back(series, "a law of every marker", ways)
 
 
 def _host_since_before(data: RunData) -> Array:

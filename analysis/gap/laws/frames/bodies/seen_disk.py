@@ -20,17 +20,16 @@ from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, RigScales, pair, plain, scaled, spots
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.bodies.markers import moved_back
+from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit
-from analysis.gap.series import Series, with_points
+from analysis.gap.series import Series
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
-from ovines.errors import InputError
 
 Array = NDArray[np.float64]
 # Directions of a lamp; places over the contact radius where its shade begins; width of a spot, the same.
@@ -138,20 +137,11 @@ def shift(terms: Sequence[Term], known: Array) -> Array:
 def without_seen_disk(series: Series, terms: Sequence[Term]) -> Series:
     """``series`` with the disk's points moved back by what ``terms`` say, and their pixels alike; `InputError` where
     there are no markers."""
-    if series.points is None:
-        raise InputError(
-            "a law of where the NES is seen, and a series without markers",
-            "points.parquet, tracks.parquet or frames in every recording",
-            "leave the law away, or bring the markers",
-        )
-    points, tracks = list(series.points), None if series.tracks is None else list(series.tracks)
-    for k, run in enumerate(series.runs):
-        way = partial(_way, terms, run=run)
-        for marker in series.recordings[0].bodies["nes"].markers:
-            points[k], moved = moved_back(points[k], None if tracks is None else tracks[k], series, marker, way)
-            if tracks is not None and moved is not None:
-                tracks[k] = moved
-    return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+
+    def ways(run: Run) -> list[tuple[str, Way]]:
+        return [(marker, partial(_way, terms, run=run)) for marker in series.recordings[0].bodies["nes"].markers]
+
+    return all_moved_back(series, "a law of where the NES is seen", ways)
 
 
 def _way(terms: Sequence[Term], time_s: Array, run: Run) -> Array:
