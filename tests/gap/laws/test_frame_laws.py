@@ -253,6 +253,7 @@ def searches(monkeypatch):
     the series that they leave."""
 
     def found(misfits, frames=None, picture=(), clock=None):
+        monkeypatch.setattr(of_measurement, "find_way_law", lambda series, rng: None)
         monkeypatch.setattr(of_measurement, "changed_picture_laws", lambda series: ())
         monkeypatch.setattr(of_measurement, "drifting_clock_law", lambda series, drive: None)
         monkeypatch.setattr(of_measurement, "delay_follows", lambda series: False)
@@ -274,6 +275,32 @@ def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(searches, stage
     law, before = a_law(), asked(1.17, stage)
     searches({"corrected": 2.04, "in other times": 2.04}, ((law,), "corrected"), clock=(law, "in other times"))
     assert of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset()) == ((), before)
+
+
+@pytest.mark.parametrize(
+    ("misfit", "size_m", "halves", "told"),
+    [
+        (1.10, 2e-5, (1.0, 0.9), True),
+        (1.165, 2e-5, (1.0, 0.9), False),  # flights fit by less than 1 % better
+        (1.10, 1e-5, (1.0, 0.9), False),  # what moves by less counts as still
+        (1.10, 2e-5, (1.0, 0.3), False),  # the halves of the runs tell otherwise
+    ],
+)
+def test_a_tracker_stays_behind_where_flights_fit_better_without_it(
+    searches, monkeypatch, misfit, size_m, halves, told
+):
+    """It is taken out before anything else is asked, and told beside what is left then."""
+    law = SimpleNamespace(size=size_m, halves=Halves(halves, (0.1, 0.1)), law=SimpleNamespace(terms=()))
+    before = asked(1.17, "flight", SimpleNamespace(contact_radius_m=0.04))
+    searches({"caught up": misfit})
+    monkeypatch.setattr(of_measurement, "find_way_law", lambda series, rng: law)
+    monkeypatch.setattr(of_measurement, "without_frame_laws", lambda series, laws: "caught up")
+    behind = SimpleNamespace(stage="measurement", strength=9)
+    monkeypatch.setattr(of_measurement, "_way_structure", lambda law, ladder: behind)
+    found, after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
+    assert found == ((law,) if told else ())
+    if told:
+        assert after.structure[0] is behind and after.measured is before.measured
 
 
 def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, monkeypatch):
