@@ -140,7 +140,8 @@ TARGETS: dict[str, Target] = {
             ),
             (
                 "marker_way", "m", r"\hat v_m", "", "measurement",
-                "the place of every marker of Host and NES, along its own velocity: a tracker that stays behind",
+                "the place of every marker of Host and NES, along its own velocity, by its own speed: a tracker that "
+                "stays behind",
             ),
         )
     )

@@ -16,6 +16,7 @@ from analysis.gap.tests_by_hand import unknown_test
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.errors import InputError
+from ovines.law_file import law_text, read_law
 from tests.gap.conftest import laws_and_ladder
 
 BACK = WrittenLaw((Term("marker_way", -4e-5),))
@@ -58,6 +59,17 @@ def test_a_search_window_that_is_too_small_begins_at_a_speed(loaded):
     assert factor.scale == pytest.approx(4.0 * metres_per_px / period_s, rel=0.15)
     assert -law.law.terms[0].coefficient == pytest.approx(true["missed"] * period_s, rel=0.15)
     assert find_way_law(without_frame_laws(series, [law.law]), np.random.default_rng(0)) is None
+
+
+def test_a_law_that_is_held_is_not_found_again(loaded, tmp_path):
+    """Written into a file and given to the diagnosis: what advice says to do."""
+    _, series = loaded("unknown_small_window", 0.7, 6, "white", 3)
+    law = find_way_law(series, np.random.default_rng(0)).law
+    path = tmp_path / "law-1.toml"
+    path.write_text(law_text(law, "window"), encoding="utf-8")
+    assert as_text(read_law(path)) == as_text(law)
+    _, held = loaded("unknown_small_window", 0.7, 6, "white", 3, (path,))
+    assert find_way_law(held, np.random.default_rng(0)) is None
 
 
 @pytest.mark.parametrize(("kind", "noise"), [("none", "ar1"), ("none", "warp"), ("sensor_window_offset", "white")])

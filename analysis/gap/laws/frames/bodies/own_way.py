@@ -23,7 +23,7 @@ from analysis.gap.laws.dictionary.modulated import BEYOND, SPEEDS
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back
-from analysis.gap.laws.frames.evidence.known import every_frame, known_frames
+from analysis.gap.laws.frames.evidence.known import FEWEST_SEEN, every_frame, known_frames
 from analysis.gap.laws.frames.evidence.rows import problem_of, size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
@@ -38,8 +38,6 @@ Array = NDArray[np.float64]
 #: powers of a marker's speed; by the first it would be late by one time, which bodies do not tell
 POWERS = (0.0, 2.0, 3.0)
 BEYOND_A_SPEED = "markers along their way beyond a speed"
-# A path needs two frames to have a velocity.
-FEWEST_SEEN = 2
 # A velocity is one of so many times its noise on; below, markers are less far off.
 SURE_SD = 3.0
 # Gross errors count as so many sds.
@@ -102,6 +100,7 @@ def way_rows(series: Series) -> WayRows | None:
 
 
 def _columns(terms: Sequence[Term], of_markers: Sequence[Array], units: Array) -> Array:
+    """Rows (N Q, T) that a unit of each term adds, by what is known ``of_markers`` and what moving them adds."""
     out = np.zeros((len(units), units.shape[2], len(terms)))
     for i, known in enumerate(of_markers):
         out += units[:, i, :, None] * size_of(terms, known)[:, None, :]
@@ -167,16 +166,10 @@ def way_candidates(rows: WayRows) -> list[Candidate]:
     speed = np.concatenate([np.hypot(known[:, W.VX], known[:, W.VY]) for known in rows.of_markers])
     usual = float(np.sqrt(np.mean(speed**2)))
     out = [plain(f"markers along their way, by their speed to the power {power:g}", _power(power)) for power in POWERS]
-    out += scaled(
-        "markers along their way while they are slow", W.MARKER_WAY, ("speed", "exponential", 1.0),
-        [share * usual for share in SPEEDS],
-    )  # fmt: skip
+    slow, fast = ([share * usual for share in shares] for shares in (SPEEDS, BEYOND))
+    out += scaled("markers along their way while they are slow", W.MARKER_WAY, ("speed", "exponential", 1.0), slow)
     # What has gone farther than a search window in a frame is found at its edge.
-    out += scaled(
-        BEYOND_A_SPEED, W.MARKER_WAY, ("speed", "above", 1.0),
-        [share * usual for share in BEYOND],
-    )  # fmt: skip
-    return out
+    return out + scaled(BEYOND_A_SPEED, W.MARKER_WAY, ("speed", "above", 1.0), fast)
 
 
 def find_way_law(series: Series, rng: np.random.Generator) -> LawFound | None:

@@ -22,7 +22,7 @@ from analysis.gap.series import Series
 from ovines.core.laws import words as W
 
 Array = NDArray[np.float64]
-# A path needs two frames to have a velocity.
+#: a path needs two frames to have a velocity
 FEWEST_SEEN = 2
 
 
