@@ -22,6 +22,8 @@ IN_PICTURE = "the place in the picture of"
 EXCHANGED = "the names of"
 #: what one begins with of a tracker that stays behind what it follows
 OWN_WAY = "the way that each marker goes: it is seen behind where it is"
+#: what one begins with of places that hold something of the frames beside them
+BESIDE = "the frames before and after each"
 #: what markers have in their words that lie on their body otherwise than stated
 THAN_STATED = "than layout_m says"
 BENT = "it is bent, by more than a calibration leaves of a lens"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from analysis.gap.cause import (
     BENT,
+    BESIDE,
     BY_BOARDS,
     EACH_BLOW,
     EACH_RUN,
@@ -84,6 +85,13 @@ def unknown_test(stage: str, goes_with: str) -> str:
             "Every marker is seen behind where it is on its own way, as by a tracker that follows late. Track the "
             "frames again with `ovines track`, or without smoothing and prediction, and diagnose once more: nothing "
             "of it is left then. Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
+        )
+    if goes_with.startswith(BESIDE):
+        return (
+            "Places at blows hold something of the frames beside them: the tracks were smoothed, or the tracker goes "
+            "on from the frames before. Track the frames again with `ovines track`, or bring tracks that nothing has "
+            "smoothed, and diagnose once more: nothing of it is left then. Until that is done, its law corrects these "
+            "recordings (`ovines diagnose --law`)."
         )
     if THAN_STATED in goes_with:
         return (

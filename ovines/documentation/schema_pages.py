@@ -90,6 +90,7 @@ def law_page() -> str:
     own = {"": "", "angle": "angle (rad)", "axis": "axis of the mirror (rad)", "room": "place (m)", "host": "place (m)"}
     own |= {"body": "angle from the disk's own axis (rad)", "wind": "velocity of the air in the room (m/s)"}
     own |= {
+        "time": "time to that frame in `x` (s; below 0: before)",
         "line": "offset (m), direction (rad)",
         "room_line": "offset (m), direction (rad)",
         "turning": "zero (rad), rate (rad/s)",

@@ -17,15 +17,16 @@ from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.found_law import NORMAL_90, LawFound
 from analysis.gap.laws.frames.corrected import lasts
 from analysis.gap.laws.regression.halves import Halves
+from analysis.gap.page.figures.at_blows import blow_figure
 from analysis.gap.page.figures.changed_picture import boards_figure, changed_picture_figure
 from analysis.gap.page.tables import chance
 from analysis.gap.prediction.predict import measured_paths
 from analysis.report.numbers import interval, percent, with_unit
 from analysis.report.page import Page, Section
-from ovines.core.laws.formula import as_latex, as_text
+from ovines.core.laws.formula import as_text, latex_lines
 from ovines.core.laws.formula import legend as symbols
 from ovines.core.laws.targets import TARGETS
-from ovines.core.laws.words import BOARDS, QUANTITIES
+from ovines.core.laws.words import BOARDS, MARKER_NEIGHBOUR, QUANTITIES
 
 Array = NDArray[np.float64]
 # Of the flight that is drawn: as many frames at the least.
@@ -40,7 +41,9 @@ PLAIN = {
 # Letters that can stand below the line as characters; others keep their underscore.
 BELOW = {"i": "ᵢ", "n": "ₙ", "t": "ₜ", "p": "ₚ", "0": "₀", "φ": "ᵩ"}
 ACCENTS = {"hat": "\u0302", "vec": "\u20d7", "dot": "\u0307", "bar": "\u0304"}
-FORMULA_PT, FORMULA_HEIGHT_IN = 13.0, 0.75
+FORMULA_PT, FORMULA_HEIGHT_IN, FORMULA_LINE_IN = 13.0, 0.75, 0.35
+# Letters of LaTeX in a line of a formula.
+FORMULA_LETTERS = 160
 # Letters of a line beside an axis, and the room that one takes (in).
 MEANING_LETTERS, LINE_IN = 34, 0.27
 # Shown in mm where a quantity is a length.
@@ -118,6 +121,16 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
             "whatever form (grey), and what the law says (blue).",
             "Arrows over the picture of a camera: the learnt field and the law",
         )
+    if first.target == MARKER_NEIGHBOUR:
+        figure = blow_figure(diagnosis.ladder.measured, law)
+        if figure is not None:
+            section.add_figure(
+                f"law-{number}-blows",
+                figure,
+                "How far the disk is seen beside the two ways that meet at a blow, along the change of its velocity "
+                "and over that, of all blows whose ways tell (sd as bars); black: the formula.",
+                "Places at blows over the time from the blow, and the law",
+            )
     if law.evidence is not None:
         section.add_figure(
             f"law-{number}-evidence",
@@ -167,11 +180,13 @@ def _plain_symbol(latex: str) -> str:
 
 def formula_figure(law: LawFound) -> Figure:
     """The formula, set as one."""
-    figure, axes = new_figure(height_in=FORMULA_HEIGHT_IN, margins_in=(0.0, 0.0, 0.0, 0.0))
+    lines = latex_lines(law.law, FORMULA_LETTERS)
+    height_in = FORMULA_HEIGHT_IN + FORMULA_LINE_IN * (len(lines) - 1)
+    figure, axes = new_figure(height_in=height_in, margins_in=(0.0, 0.0, 0.0, 0.0))
     axes[0, 0].set_axis_off()
-    said = as_latex(law.law)
-    size = min(FORMULA_PT, FORMULA_PT * 90 / max(len(said), 1) + 3)
-    figure.text(0.5, 0.5, f"${said}$", ha="center", va="center", fontsize=size, color=BLACK)
+    size = min(FORMULA_PT, FORMULA_PT * 90 / max(map(len, lines)) + 3)
+    said = "\n".join(f"${line}$" for line in lines)
+    figure.text(0.5, 0.5, said, ha="center", va="center", fontsize=size, color=BLACK, linespacing=1.6)
     return figure
 
 

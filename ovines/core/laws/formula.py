@@ -6,7 +6,18 @@ import math
 
 from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import ALONG, BOARDS, DIRECTED, LINES, MARKER_WAY, NES_CARD, NES_PLACE, QUANTITIES, TRAINS
+from ovines.core.laws.words import (
+    ALONG,
+    BOARDS,
+    DIRECTED,
+    LINES,
+    MARKER_NEIGHBOUR,
+    MARKER_WAY,
+    NES_CARD,
+    NES_PLACE,
+    QUANTITIES,
+    TRAINS,
+)
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -23,6 +34,7 @@ CHANGES = {
     "nes_card": (r"\Delta\vec s_{\mathrm{NES}}", "place of all markers of the NES +="),
     "nes_card_turn": (r"\Delta\psi_{\mathrm{NES}}", "turn of all markers of the NES +="),
     "marker_way": (r"\Delta\vec x_m", "place of every marker +="),
+    "marker_neighbour": (r"\Delta\vec x_m", "place of every marker +="),
     "board_stretch": (r"\Delta\vec x", "place by the boards +="),
     "board_bow": (r"\Delta\vec x", "place by the boards +="),
 }
@@ -45,7 +57,12 @@ NUMBERED = {
 #: what a target of the boards stands for in one line
 WAYS = dict(zip(BOARDS, ("place_along", "distance^2 * place_from"), strict=True))
 #: ... and a direction
-DIRECTIONS = {"nes_place": "direction", "nes_card": "body_direction", MARKER_WAY: "own_way"}
+DIRECTIONS = {
+    "nes_place": "direction",
+    "nes_card": "body_direction",
+    MARKER_WAY: "own_way",
+    MARKER_NEIGHBOUR: "step",
+}
 FLIGHT = (r"\Delta\vec a", "acceleration +=")
 
 
@@ -60,11 +77,30 @@ def as_text(law: WrittenLaw) -> str:
 
 def as_latex(law: WrittenLaw) -> str:
     """The law as a LaTeX formula, coefficients with their units."""
-    parts = []
+    return r",\quad ".join(" ".join(terms) for terms in _latex_sides(law))
+
+
+def latex_lines(law: WrittenLaw, letters: int) -> list[str]:
+    """:func:`as_latex` in lines of about so many ``letters`` of LaTeX, no term parted."""
+    lines: list[str] = []
+    for terms in _latex_sides(law):
+        line = ""
+        for term in terms:
+            if line and len(line) + len(term) > letters:
+                lines.append(line)
+                line = r"\quad"
+            line = f"{line} {term}".strip()
+        lines.append(line)
+    return lines
+
+
+def _latex_sides(law: WrittenLaw) -> list[list[str]]:
+    """Each side's terms in LaTeX, with what they change before the first."""
+    out = []
     for left, terms in _sides(law):
-        said = " ".join(_latex_term(term, first=i == 0) for i, term in enumerate(terms))
-        parts.append(f"{left[0]} = {said}")
-    return r",\quad ".join(parts)
+        said = [_latex_term(term, first=i == 0) for i, term in enumerate(terms)]
+        out.append([f"{left[0]} = {said[0]}", *said[1:]])
+    return out
 
 
 def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
@@ -76,7 +112,7 @@ def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
 
 def _has_direction(term: Term) -> bool:
     """Whether a term's own direction, or way, stands behind its factors."""
-    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, NES_CARD[0], MARKER_WAY, *WAYS)
+    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, NES_CARD[0], MARKER_WAY, MARKER_NEIGHBOUR, *WAYS)
 
 
 def _changed(term: Term) -> tuple[str, str]:
@@ -105,6 +141,7 @@ def _text_term(term: Term, first: bool) -> str:
             "axis": f"({term.x:.3g} rad)",
             "body": f"({term.x:.3g} rad)",
             "wind": f"({_wind(term)})",
+            "time": f"({1e3 * term.x:+.3g} ms)",
         }.get(own, f"({_place(term)})")
         way = term.target.removeprefix("nes_place_")
         parts.append(WAYS.get(way, DIRECTIONS.get(way, way)) + at)
@@ -227,7 +264,9 @@ def _latex_unit(unit: str) -> str:
 def _latex_term(term: Term, first: bool) -> str:
     parts = [_latex_number(term.coefficient, first) + _latex_unit(term.unit)]
     parts += [_latex_factor(one) for one in term.factors]
-    if _has_direction(term) or TARGETS[term.target].own in DIRECTED:
+    if TARGETS[term.target].own == "time":
+        parts.append(rf"{TARGETS[term.target].symbol}({1e3 * term.x:+.3g}\,\mathrm{{ms}})")
+    elif _has_direction(term) or TARGETS[term.target].own in DIRECTED:
         parts.append(TARGETS[term.target].symbol)
     return r"\,".join(parts)
 
@@ -296,6 +335,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
                 "axis": f", about the axis at {term.x:.3g} rad",
                 "body": f", at {term.x:.3g} rad from its own axis",
                 "wind": f", {_wind(term)}",
+                "time": "",
             }.get(entry.own, f", at ({_place(term)})" if entry.own else "")
             out[entry.symbol] = entry.meaning + own
         elif TARGETS[term.target].own in DIRECTED:

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 class Target:
     """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
     its own means (none, "angle", "axis" of a mirror, "body": angle seen from the disk, "room" or "host" place,
-    "wind": a velocity in the room, number of a "camera", with the axis of a mirror ("camera_axis") or a direction
+    "wind": a velocity in the room, "time" to another frame, number of a "camera", with the axis of a mirror
+    ("camera_axis") or a direction
     ("camera_angle") in its picture, number of a "marker" and its direction in the room, or seen from the disk:
     "body_marker"), and the stage."""
 
@@ -142,6 +143,11 @@ TARGETS: dict[str, Target] = {
                 "marker_way", "m", r"\hat v_m", "", "measurement",
                 "the place of every marker of Host and NES, along its own velocity, by its own speed: a tracker that "
                 "stays behind",
+            ),
+            (
+                "marker_neighbour", "1", r"\vec s", "time", "measurement",
+                "the place of every marker of Host and NES, by a share of its step to where it is some time later or "
+                "was before: tracks that were smoothed",
             ),
         )
     )

@@ -187,6 +187,8 @@ def _beside_frames(target: str) -> tuple[str, ...]:
         return W.OF_NES_PLACE
     if target in W.NES_CARD:
         return W.OF_NES_CARD
+    if target == W.MARKER_NEIGHBOUR:
+        return W.OF_MARKER_NEIGHBOUR
     if target == W.MARKER_WAY:
         return W.OF_MARKER_WAY
     if target == "camera_delay":
@@ -286,6 +288,8 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
         if own == "wind":
             unit_m_per_s = units["m"] / units["s"]
             return x / unit_m_per_s, y / unit_m_per_s
+        if own == "time":
+            return x / units["s"], y
         if own == "turning":
             return x, y * units["s"]
         if own == "swinging":

@@ -479,6 +479,8 @@ OF_NES_PLACE, NES_PLACE = ("gap", "radius", "along_host", "distance_in_host"), (
 OF_NES_CARD, NES_CARD = ("spin", "angle", "struck_rim"), ("nes_card", "nes_card_turn")
 #: what one of every marker along its own way may follow beside - the speed is the marker's own - and its target
 OF_MARKER_WAY, MARKER_WAY = ("speed",), "marker_way"
+#: a share of every marker's way from where it is to where it is some time later or was before
+OF_MARKER_NEIGHBOUR, MARKER_NEIGHBOUR = ("gap",), "marker_neighbour"
 #: what a camera's delay may follow beside: where and how fast the disk and the Host go, for what a camera sees may tell
 #: it how long to expose
 OF_CAMERA_DELAY = (

@@ -254,6 +254,7 @@ def searches(monkeypatch):
 
     def found(misfits, frames=None, picture=(), clock=None):
         monkeypatch.setattr(of_measurement, "find_way_law", lambda series, rng: None)
+        monkeypatch.setattr(of_measurement, "find_blow_law", lambda series, rng: None)
         monkeypatch.setattr(of_measurement, "changed_picture_laws", lambda series: ())
         monkeypatch.setattr(of_measurement, "drifting_clock_law", lambda series, drive: None)
         monkeypatch.setattr(of_measurement, "delay_follows", lambda series: False)
@@ -301,6 +302,43 @@ def test_a_tracker_stays_behind_where_flights_fit_better_without_it(
     assert found == ((law,) if told else ())
     if told:
         assert after.structure[0] is behind and after.measured is before.measured
+
+
+LASTS, NAMED, LEFT = "finite_contact_time", "table_tilt", "flight"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "misfits", "size_m", "halves", "told"),
+    [
+        (((), (LEFT,)), ((), ()), (1.17, 1.17), 2e-5, (1.0, 0.9), True),
+        (((NAMED,), (LEFT,)), ((NAMED,), (LEFT,)), (1.17, 1.10), 2e-5, (1.0, 0.9), True),
+        (((NAMED,), (LEFT,)), ((NAMED,), (LEFT,)), (1.17, 1.165), 2e-5, (1.0, 0.9), False),  # fit by less than 1 %
+        (((), (LEFT,)), ((), ()), (1.17, 1.17), 1e-5, (1.0, 0.9), False),  # what moves by less counts as still
+        (((), (LEFT,)), ((), ()), (1.17, 1.17), 2e-5, (1.0, 0.1), False),  # a half does not show it
+        (((LASTS,), ()), ((), ()), (1.17, 1.17), 2e-5, (1.0, 0.9), False),  # a contact that lasts explains all
+        (((LASTS,), (LEFT,)), ((), ()), (1.17, 1.17), 2e-5, (1.0, 0.9), True),
+        (((LASTS,), ()), ((LASTS,), (LEFT,)), (1.17, 1.10), 2e-5, (1.0, 0.9), False),
+    ],
+)
+def test_places_hold_something_of_others_where_less_is_left_without_it(
+    searches, monkeypatch, before, after, misfits, size_m, halves, told
+):
+    """Or as much, and flights fit better; a contact that lasts cuts corners, too."""
+
+    def ladder(named, left, misfit, measured):
+        one = asked(misfit, LEFT, measured)
+        structure = tuple(SimpleNamespace(stage=stage, is_taken_out=False) for stage in left)
+        return replace(one, causes=tuple(SimpleNamespace(effect=name) for name in named), structure=structure)
+
+    law = SimpleNamespace(size=size_m, halves=Halves(halves, (0.1, 0.1)), law=None)
+    first = ladder(*before, misfits[0], SimpleNamespace(contact_radius_m=0.04))
+    again = ladder(*after, misfits[1], "sharp")
+    searches({})
+    monkeypatch.setattr(of_measurement, "find_blow_law", lambda series, rng: law)
+    monkeypatch.setattr(of_measurement, "without_frame_laws", lambda series, laws: "sharp")
+    monkeypatch.setattr(of_measurement, "run_ladder", lambda series, rng, withheld: again)
+    found = of_measurement._blow_law(first, np.random.default_rng(0), frozenset())
+    assert found == ((law, again) if told else (None, first))
 
 
 def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, monkeypatch):

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.gap.cause import OWN_WAY, Structure
+from analysis.gap.cause import BESIDE, OWN_WAY, Structure
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.flight_law import force_gain
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
+from analysis.gap.laws.frames.bodies.at_blows import find_blow_law
 from analysis.gap.laws.frames.bodies.card import find_card_law
 from analysis.gap.laws.frames.bodies.own_way import find_way_law
 from analysis.gap.laws.frames.bodies.seen_disk import find_seen_disk_law
@@ -32,6 +33,8 @@ WORSE = 1.01
 # A clock's law is one that flights bear out or know nothing of: under a clock that was off by half a frame they fitted
 # by 3e-5 worse.
 HARDLY_WORSE = 1.0005
+#: the effect that cuts corners, too
+LASTS = "finite_contact_time"
 
 
 def measurement_laws(
@@ -45,6 +48,10 @@ def measurement_laws(
     way, again = _way_law(ladder, rng, withheld)
     if way is not None:
         laws, series, best = (*laws, way), again.measured, again
+    # Tracks that were smoothed cut the corner at every blow, which passes for a force beside the wall.
+    beside, again = _blow_law(best, rng, withheld)
+    if beside is not None:
+        laws, series, best = (*laws, beside), again.measured, again
     begun = best
     measured = [one for one in best.structure if one.stage == "measurement"]
     bent, told = ([one for one in measured if one.is_taken_out is is_bent] for is_bent in (True, False))
@@ -92,6 +99,8 @@ def measurement_laws(
         told = [*told, drifting[1]]
     if way is not None:
         told = [*told, _way_structure(way, ladder)]
+    if beside is not None:
+        told = [*told, _blow_structure(beside, ladder)]
     if not laws:
         return (), ladder
     others = [one for one in best.structure if one.stage != "measurement"]
@@ -120,6 +129,22 @@ def _way_law(ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str])
         return None, ladder
     again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
     return (law, again) if WORSE * _misfit(again) < _misfit(ladder) else (None, ladder)
+
+
+def _blow_law(ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]) -> tuple[LawFound | None, Ladder]:
+    """The law of what every place holds of the frames beside it, and the ladder of the series without it.  Less must be
+    named and left then, or as much, and flights fit better.  A contact that lasts cuts corners, too: where it explains
+    everything, it is told."""
+    law = find_blow_law(ladder.measured, rng)
+    if law is None or law.size <= _still_m(ladder) or law.halves is None or not law.halves.both_show_it:
+        return None, ladder
+    again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
+    lasts = any(cause.effect == LASTS for cause in ladder.causes)
+    if lasts and not any(cause.effect == LASTS for cause in again.causes) and not ladder.structure:
+        return None, ladder
+    less = _found(ladder) - _found(again)
+    fits = WORSE * _misfit(again) < _misfit(ladder)
+    return (law, again) if less > 0 or (less == 0 and fits) else (None, ladder)
 
 
 def _still_m(ladder: Ladder) -> float:
@@ -197,6 +222,13 @@ def _way_structure(law: LawFound, ladder: Ladder) -> Structure:
     one = structure_of_law(law, "measurement", "x", law.size, _still_m(ladder))
     follows = ", by a length that follows its speed" if law.law.terms[0].factors else ""
     return replace(one, phase="all", unit="m", goes_with=f"{OWN_WAY}{follows}")
+
+
+def _blow_structure(law: LawFound, ladder: Ladder) -> Structure:
+    """What a law of the frames beside each leaves, which no probe tells."""
+    one = structure_of_law(law, "measurement", "x", law.size, _still_m(ladder))
+    when = "before" if all(term.x < 0 for term in law.law.terms) else "before and after"
+    return replace(one, phase="all", unit="m", goes_with=f"{BESIDE}: at a blow, places hold a share of those {when}")
 
 
 def _card_structure(law: LawFound) -> Structure:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from analysis.flights.cutting.runs import Run
+from analysis.gap.laws.frames.bodies.at_blows import without_neighbours
 from analysis.gap.laws.frames.bodies.card import without_card
 from analysis.gap.laws.frames.bodies.markers import BODIES, without_markers
 from analysis.gap.laws.frames.bodies.own_way import without_way
@@ -22,7 +23,7 @@ from ovines.camera import Camera, midpoints
 from ovines.camera.bends import BENDS, bend_px
 from ovines.camera.boards import board_bend_px
 from ovines.core.laws.terms import Term, WrittenLaw
-from ovines.core.laws.words import BOARDS, MARKER_WAY, NES_CARD, NES_PICTURE, NES_PLACE
+from ovines.core.laws.words import BOARDS, MARKER_NEIGHBOUR, MARKER_WAY, NES_CARD, NES_PICTURE, NES_PLACE
 from ovines.errors import InputError
 from ovines.recording import Recording
 
@@ -39,13 +40,16 @@ def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
     terms = [term for law in laws for term in series.frame.law(law).terms]
     if not terms:
         return series
-    others = ("clock_delay", MARKER_WAY, *BODIES, *NES_PLACE, *NES_CARD)
+    others = ("clock_delay", MARKER_WAY, MARKER_NEIGHBOUR, *BODIES, *NES_PLACE, *NES_CARD)
     of_cameras = [term for term in terms if term.target not in others]
     if of_cameras:
         series = _without_cameras(series, of_cameras)
     of_way = [term for term in terms if term.target == MARKER_WAY]
     if of_way:
         series = without_way(series, of_way)
+    of_neighbours = [term for term in terms if term.target == MARKER_NEIGHBOUR]
+    if of_neighbours:
+        series = without_neighbours(series, of_neighbours)
     of_markers = [term for term in terms if term.target in BODIES]
     if of_markers:
         series = without_markers(series, of_markers)

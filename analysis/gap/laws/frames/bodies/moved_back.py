@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.runs import Run
 from analysis.gap.series import Series, with_points
 from ovines.errors import InputError
@@ -69,3 +70,8 @@ def _tracks_moved(tracks: pd.DataFrame, series: Series, seen: pd.DataFrame, way:
         shift = by_frame.reindex(tracks["frame"].to_numpy()[here]).fillna(0.0).to_numpy()
         moved.loc[here, ["u_px", "v_px"]] -= shift
     return moved
+
+
+def at_frames(moved_m: Array, data: RunData, time_s: Array) -> Array:
+    """What stands for the frames of a run (N, 2) at those next to ``time_s``."""
+    return np.asarray(moved_m[np.clip(np.searchsorted(data.time_s, time_s - 0.5 * data.period_s), 0, len(moved_m) - 1)])

@@ -22,7 +22,7 @@ from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.modulated import BEYOND, SPEEDS
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back
+from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back, at_frames
 from analysis.gap.laws.frames.evidence.known import FEWEST_SEEN, every_frame, known_frames
 from analysis.gap.laws.frames.evidence.rows import problem_of, size_of
 from analysis.gap.laws.linear_law import told_law
@@ -205,7 +205,7 @@ def without_way(series: Series, terms: Sequence[Term]) -> Series:
             for marker, place in zip(series.recordings[0].bodies[body].markers, series.layouts[body], strict=True):
                 own = _of_marker(disk, place[:2]) if body == "nes" else host
                 moved_m = size_of(terms, own).sum(1)[:, None] * _way(own, run.data)
-                yield marker, partial(_at, np.nan_to_num(moved_m), run.data)
+                yield marker, partial(at_frames, np.nan_to_num(moved_m), run.data)
 
     return all_moved_back(series, "a law of every marker", ways)
 
@@ -214,8 +214,3 @@ def _host_since_before(data: RunData) -> Array:
     """Velocity of the Host since the frame before (N, 2; m/s) in the frames of a run."""
     gone = data.host.at(data.time_s)[:, :2] - data.host.at(data.time_s - data.period_s)[:, :2]
     return np.asarray(gone / data.period_s, float)
-
-
-def _at(moved_m: Array, data: RunData, time_s: Array) -> Array:
-    """What stands for the frames of a run (N, 2) at those next to ``time_s``."""
-    return moved_m[np.clip(np.searchsorted(data.time_s, time_s - 0.5 * data.period_s), 0, len(moved_m) - 1)]
