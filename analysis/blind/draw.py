@@ -15,6 +15,7 @@ from ovines.errors import InputError
 SHARES = {"none": 0.22, "listed": 0.28, "pair": 0.16, "triple": 0.1, "unknown": 0.04, "latest": 0.08, "beside": 0.12}
 # Groups that are drawn from only where they are among the kinds, the later first.
 ASKED_FOR = (
+    "thinkable",
     "imaginable",
     "envisaged",
     "conjectured",

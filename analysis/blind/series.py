@@ -25,10 +25,12 @@ from analysis.blind.recording.markers import (
     crept,
     draw_marks,
     flung,
+    lifted,
     misread,
     on_the_board,
     padded,
     papered,
+    pitched,
     played,
     printed,
     risen,
@@ -198,9 +200,9 @@ def _points(
         card = played(carded(pose.nes, time_s, blows, errors), time_s, blows, errors)
         card = sheared(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
         card = risen(card, time_s, motion.impacts[:, 0], motion.kicks, errors)
-        card = misread(card, errors)
+        card = lifted(misread(card, errors), time_s, errors)
         points = world_points(card, pose.host, marks, errors, bent_m(time_s, motion.lines, errors))
-        points = padded(points, time_s, motion.lines, errors)
+        points = pitched(padded(points, time_s, motion.lines, errors), pose.host, time_s, motion.lines, errors)
         points = crept(points, pose.nes[:, 3], time_s, motion.impacts, errors)
         points = slid(points, pose.nes[:, 3], time_s, errors)
         points = shadowed(flung(points, pose.nes[:, 3], time_s, errors), pose.host, errors)

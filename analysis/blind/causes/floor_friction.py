@@ -95,6 +95,13 @@ FLOOR_FRICTION = [
         changes({"ring_foot": 0.3}),
         follows="the spin, where it slides slowly",
     ),
+    # Three drops of the markers' glue, hardened below the washer.
+    Cause(
+        "unknown_three_feet",
+        "flight",
+        changes({"feet": 0.75}, ("feet_rad",)),
+        follows="the slip and the spin, as of three points, and the disk's angle three times around",
+    ),
     # --- by the place on the floor ---
     Cause("unknown_patchy_friction", "flight", _patch),
     Cause("unknown_grooved_floor", "flight", changes({"groove": 0.5}, ("groove_rad", "groove_phase_rad"))),
@@ -158,6 +165,13 @@ FLOOR_FRICTION = [
         changes({"path": 0.6}),
         follows="the way off the straight line between the last two blows",
         short_blows=True,
+    ),
+    # A puddle of oil that is thrown to and fro as the drive shakes it.
+    Cause(
+        "unknown_swashing_puddle",
+        "flight",
+        changes({"puddle": 0.7}),
+        follows="the place in the Host against one that goes with its acceleration",
     ),
     # A draught that blows the dust to one side of the floor.
     Cause(
@@ -286,6 +300,13 @@ FLOOR_FRICTION = [
         "flight",
         changes({"bristled": 0.5}, signed=True),
         follows="the Host's acceleration along the slip",
+    ),
+    # A floor of felt, whose fibres lean the way that the disk has come.
+    Cause(
+        "unknown_felted_floor",
+        "flight",
+        changes({"leant": 0.5}),
+        follows="the slip's direction over the last ten millimetres, in the friction's direction",
     ),
     # A disk that raises a film of oil once it has slid fast, and keeps it until it is slow.
     Cause(

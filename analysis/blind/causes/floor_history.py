@@ -137,6 +137,14 @@ def _kicked_floor(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     return out
 
 
+def _rolling_grain(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
+    """In stretches of its own in each run."""
+    if size > 0.0:
+        draft.plant["rolling"] = 0.42 * size * spread(rng)
+        draft.run_numbers["rolling_draw"] = rng.random(runs)
+    return {"rolling": draft.plant.get("rolling", 0.0)}
+
+
 FLOOR_HISTORY = [
     # --- by what went before ---
     # A washer whose face was wiped with something wet before each run, and that rubs itself dry.
@@ -150,6 +158,21 @@ FLOOR_HISTORY = [
     Cause("unknown_warming_floor", "flight", changes({"warming": 0.45})),
     # Each blow shakes off one grain of grit and picks up another.
     Cause("unknown_gritty_floor", "flight", _gritty_floor),
+    # A grain that gets under the disk now and then, and on which it rolls.
+    Cause(
+        "unknown_rolling_grain",
+        "flight",
+        _rolling_grain,
+        follows="the time in the run, in short stretches in no order, less of the friction",
+    ),
+    # Oil of which the disk draws the more below itself the faster a blow lets it go.
+    Cause(
+        "unknown_primed_film",
+        "flight",
+        changes({"primed": 0.4}),
+        follows="the disk's speed over the Host's floor after the last blow, in the friction",
+        short_blows=True,
+    ),
     # A drop of oil on the floor: a disk that has been there carries some of it along.
     Cause(
         "unknown_smeared_drop",

@@ -290,6 +290,15 @@ GEOMETRY = [
         changes({"spool_m": 3e-4}, ("spool_rad",), signed=True),
         follows="the disk's angle, whole turns counted, in its radius",
     ),
+    # A soft tyre that blows flatten where they strike, put on anew before each run.
+    Cause(
+        "unknown_flattened_rim",
+        "geometry",
+        changes({"flattened_m": 5.2e-4}),
+        follows="how many blows the place of the disk's rim has had, in its radius",
+        round_only=True,
+        short_blows=True,
+    ),
     # A disk with a bevelled rim that a blow sets planing on its film of air.
     Cause(
         "unknown_planing_disk",

@@ -509,4 +509,19 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "unknown_ghosted_film",
         "unknown_bridged_gaps",
     ),
+    # what is thinkable on a real bench, from one more list made before the plant was read, drawn by lot
+    "thinkable": (
+        "unknown_three_feet",
+        "unknown_rolling_grain",
+        "unknown_felted_floor",
+        "unknown_swashing_puddle",
+        "unknown_primed_film",
+        "unknown_scuffed_rim",
+        "unknown_bared_rim",
+        "unknown_scattering_glances",
+        "unknown_peened_rim",
+        "unknown_flattened_rim",
+        "unknown_lifting_card",
+        "unknown_pitching_plate",
+    ),
 }

@@ -172,6 +172,20 @@ MARKERS = [
         _leaning_card,
         follows="the disk's angle, to either camera's own side",
     ),
+    # A card whose glue lets go in the course of each run.
+    Cause(
+        "unknown_lifting_card",
+        "measurement",
+        seen("peeled_m", 7e-4),
+        follows="the time in the run, evenly, to either camera's own side, at the disk's markers",
+    ),
+    # A top plate of the Host on soft spacers, with its markers.
+    Cause(
+        "unknown_pitching_plate",
+        "measurement",
+        seen("pitched_rad", 0.014),
+        follows="the Host's acceleration along x times the place of its markers, to either camera's own side",
+    ),
     # A blow lifts the disk, and its markers with it: cameras that look askew see them elsewhere.
     Cause(
         "unknown_risen_markers",

@@ -158,6 +158,13 @@ RESTITUTION = [
         changes({"hardened": 0.13}, ("hardened_rad",)),
         follows="the place on the disk's rim that is struck, once around it, in the rebound",
     ),
+    # A soft rim that blows peen where they strike, of a fresh washer in each run.
+    Cause(
+        "unknown_peened_rim",
+        "impact",
+        changes({"peened": 0.08}),
+        follows="how many blows the struck place of the disk's rim has had, in the rebound",
+    ),
     # A loose rubber band around the rim, which each blow pushes to the other side.
     Cause(
         "unknown_shifted_band",
@@ -265,6 +272,13 @@ RESTITUTION = [
     ),
     # A loose chip in the ring, which now and then lies between.
     Cause("unknown_loose_chip", "impact", changes({"loose_chip": 0.25})),
+    # A wall of coarse grains, which a blow that slips meets as it happens.
+    Cause(
+        "unknown_scattering_glances",
+        "impact",
+        changes({"glances": 0.2}),
+        follows="nothing but how much it scatters: with the slip's size over the approach, in the rebound",
+    ),
     # A liner wound with overlaps, like shingles.
     Cause(
         "unknown_shingled_liner", "impact", changes({"shingled": 0.11}, signed=True), follows="the slip with its sense"
@@ -317,6 +331,13 @@ RESTITUTION = [
         "impact",
         changes({"dinted_s_per_m": 0.075}),
         follows="the approach speed of the last blow, in the rebound",
+    ),
+    # A soft rim that a slip leaves rough.
+    Cause(
+        "unknown_scuffed_rim",
+        "impact",
+        changes({"scuffed_s_per_m": 0.13}),
+        follows="the size of the last blow's slip, in the rebound",
     ),
     # Clamps that creep after they were tightened, before each run.
     Cause(

@@ -170,6 +170,13 @@ WALL_FRICTION = [
         changes({"glued": 0.7}, ("glued_rad",)),
         follows="the place on the disk's rim that is struck, once around it",
     ),
+    # A rim whose oil each blow squeezes round to its other side.
+    Cause(
+        "unknown_bared_rim",
+        "impact",
+        changes({"bared": 0.95}),
+        follows="the place on the disk's rim that is struck against the last one, where the disk slips",
+    ),
     # A rim that is wiped before some of the runs.
     Cause("unknown_wiped_rim", "impact", _wiped_rim, follows="the number of the run, in no order"),
     # A wall whose friction the air's moisture changes from run to run.

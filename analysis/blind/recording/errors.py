@@ -64,6 +64,8 @@ class ViewErrors:
     card_play_rad: float = 0.0  # the disk's markers lie turned by this to the side that the last blow has left them at
     reading_rad: float = 0.0  # the disk's markers lie turned by this times the sine of its angle ...
     reading_at_rad: float = 0.0  # ... from this one on
+    peeled_m: float = 0.0  # the disk's markers rise by this in a run
+    pitched_rad: float = 0.0  # the Host's plate pitches by this at 8 g of it along x: its markers rise and sink
     raised_m: float = 0.0  # the disk's markers stand higher by this than the board lay
     card_lean_rad: float = 0.0  # the card with the disk's markers leans by this much ...
     card_rad: float = 0.0  # ... towards this direction of the disk, where it stands the highest

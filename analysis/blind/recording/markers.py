@@ -137,6 +137,28 @@ def padded(points_m: Floats, time_s: Floats, lines: Floats, errors: ViewErrors) 
     return out
 
 
+def pitched(points_m: Floats, host: Floats, time_s: Floats, lines: Floats, errors: ViewErrors) -> Floats:
+    """Points (frames, markers, 3) at `time_s` (frames,) where the Host's top plate pitches on its soft spacers, and the
+    floor below it does not: its markers rise by `pitched_rad` times their place along x from its middle (x, y of `host`
+    (frames, 4)), at `HOST_M_PER_S2` of its acceleration along x, of its `lines` (m, 7)."""
+    if errors.pitched_rad == 0.0:
+        return points_m
+    out, pull = points_m.copy(), np.array([host_pose(t, lines)[2][0] for t in time_s]) / HOST_M_PER_S2
+    out[:, HOST, 2] += errors.pitched_rad * pull[:, None] * (points_m[:, HOST, 0] - host[:, :1])
+    return out
+
+
+def lifted(nes: Floats, time_s: Floats, errors: ViewErrors) -> Floats:
+    """Poses (n, 4: x, y, z, angle) of a card with the disk's markers, at `time_s` (n,), where those of the disk are
+    `nes`: it comes off its glue in the course of each run and is pressed on before the next, higher by `peeled_m` times
+    the share of the run that has passed."""
+    if errors.peeled_m == 0.0:
+        return nes
+    out = nes.copy()
+    out[:, 2] += errors.peeled_m * np.clip(time_s / time_s[-1], 0.0, 1.0)
+    return out
+
+
 def slid(points_m: Floats, angle_rad: Floats, time_s: Floats, errors: ViewErrors) -> Floats:
     """Points (frames, markers, 3) where one sticker of the disk slides on its soft glue, always the same way on it, and
     is put right between the runs: by `sliding_m_per_s` (x, y in the disk, whose angle is `angle_rad`) times the time

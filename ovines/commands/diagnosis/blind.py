@@ -54,8 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="only these, separated by commas: none, listed, pair, triple (of listed causes), unknown, later, latest, "
         "newest, unforeseen, unimagined, undreamt, unsuspected, unexpected, untold, plausible, overlooked, reported, "
         "suspected, refereed, witnessed, foreseen, borrowed, likely, expected, supposed, probable, presumed, surmised, "
-        "conjectured, envisaged, imaginable (of causes in nobody's list, by when they were written), beside (one of "
-        "each), causes by name, several joined by +",
+        "conjectured, envisaged, imaginable, thinkable (of causes in nobody's list, by when they were written), beside "
+        "(one of each), causes by name, several joined by +",
     )
     make.add_argument(
         "--sizes", default="", help="severities of the causes, in turn; 1 is large (default: any from 0.3 to 1.2)"

@@ -105,6 +105,8 @@ def _paths(name, size, restitution=None):
         draft.run_numbers["slam_s"][0] = 0.02
     for share in {"gust_share", "specked_share"} & set(draft.run_numbers):  # later in a run than the paths are long
         draft.run_numbers[share][0] = 0.0
+    if "rolling_draw" in draft.run_numbers:  # in few of a run's stretches: in one early
+        draft.run_numbers["rolling_draw"][0] = 0.3
     physics = physics_of_run(draft, 0, drive, 1.2)
     time = np.linspace(0.0, 0.1, 200)
     for _ in range(10):

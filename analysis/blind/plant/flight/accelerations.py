@@ -18,7 +18,7 @@ from analysis.blind.plant.flight.floor_load import floor_load
 from analysis.blind.plant.flight.instant import Instant, instant_of
 from analysis.blind.plant.flight.slopes import add_slopes
 from analysis.blind.plant.flight.torques import add_torques
-from analysis.blind.plant.flight.traction import ring_torque, traction
+from analysis.blind.plant.flight.traction import add_leaning_fibres, ring_torque, traction
 from analysis.blind.plant.flight.under_the_disk import add_dust, add_films, add_hunting, add_mat, add_wobble
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, LAG_X, LAG_Y, SPIN, STATES, VX, VY, WAY, X, Y
@@ -61,6 +61,8 @@ def rate_into(time: float, state: Floats, p: PlantParameters, host: Floats, tabl
 def _floor(at: Instant, p: PlantParameters, table: Floats, out: Floats) -> tuple[float, float, float]:
     """The floor's friction per unit mass: force (x, y) and torque / R; into `out` the way slid and what lags."""
     along_x, along_y, turn = traction(at, p, table)
+    if p.leant != 0.0:
+        along_x, along_y = add_leaning_fibres(along_x, along_y, at, p, out)
     held, load = floor_friction(at, p), floor_load(at, p)
     force_x, force_y, turn = -held * load * along_x, -held * load * along_y, -held * load * turn * ring_torque(p)
     if p.lag_s > 0.0:

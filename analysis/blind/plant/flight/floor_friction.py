@@ -3,7 +3,7 @@ and how the Host moves."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
@@ -22,6 +22,7 @@ from analysis.blind.plant.state import (
     HERE_X,
     HERE_Y,
     IMPACT_S,
+    LEFT,
     OILED,
     SPIN,
     THERE_X,
@@ -66,6 +67,12 @@ BREAK_M_PER_S = 0.1  # of the slip's speed, within which a disk breaks away: no 
 STRONGER_M_PER_S, CREEP_M_PER_S = 0.7, 0.05  # speed at which friction is what it is; below which it falls no more
 FLOATS_M_PER_S, SINKS_M_PER_S = 1.4, 0.7  # slip that raises a film below the disk; slip at which it breaks down
 FLOAT_S = 2e-3  # in which either happens: no step for the integrator
+PUDDLE_M = 0.012  # from a puddle's middle to where it wets three fifths as well: it is wider than the disk
+SWASH_M = 0.022  # from the Host's centre to where a puddle is thrown at `HOST_M_PER_S2`
+ROLLING_S = 0.03  # of a stretch in which a grain may roll under the disk: half a flight
+ROLLING_EDGE = 0.1  # of a stretch, within which a grain gets in or out: no step for the integrator
+ROLLING_SHARE = 0.3  # of the stretches of a run
+PRIMED_M_PER_S = 0.9  # speed after a blow with which a disk raises as much of a film as on the mean
 SPUN_OUT_RAD = 3.0  # turn of a disk that throws two thirds of its dust out
 LEAST_RIDING = 0.1  # share of the friction that a disk keeps however fast it spins
 
@@ -105,6 +112,8 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
     A wet spot dries: `_where_it_dries`; ribs hold the floor from below: `_over_ribs`.
     The disk clears its way of frost, which comes back: `_on_the_path`.
     It polishes a floor that was dusted before the run wherever it slides: `_where_trodden`.
+    A puddle of oil stays back as the Host is accelerated, by `SWASH_M` at `HOST_M_PER_S2` from its centre: over it the
+    disk loses `puddle` of its friction, falling off like a bell of `PUDDLE_M`.
     """
     share, radius = 1.0, np.sqrt(at.x * at.x + at.y * at.y)
     if p.patch_amplitude != 0.0:
@@ -138,6 +147,10 @@ def _by_place(at: Instant, p: PlantParameters) -> float:
         share *= _on_the_path(at, p)
     if p.trodden != 0.0:
         share *= _where_trodden(at, p)
+    if p.puddle != 0.0:
+        swash = SWASH_M / HOST_M_PER_S2
+        far = (at.x + swash * at.host_acceleration[0]) ** 2 + (at.y + swash * at.host_acceleration[1]) ** 2
+        share *= max(1.0 - p.puddle * np.exp(-0.5 * far / PUDDLE_M**2), 0.0)
     if p.screws != 0.0:
         share *= _over_screws(at, p)
     if p.drying != 0.0:
@@ -356,6 +369,10 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     `dirty_side` cos(the last blow's azimuth - `dirty_rad`); before any it is clean on the mean.
     A disk throws the dust out from below itself as it turns, and a blow lets it in again: 1 + `spun_out` (1 - exp(-the
     turn since then / `SPUN_OUT_RAD`)), either way.
+    A grain rolls under the disk now and then, and the disk on it: 1 - `rolling` in a share `ROLLING_SHARE` of the
+    stretches of `ROLLING_S`, which ones `rolling_draw` says (`rolls`).
+    The faster a blow lets the disk go the thicker a film of oil it draws below itself, which lasts until the next: 1 -
+    `primed` (u^2 - `PRIMED_M_PER_S`^2) / (u^2 + `PRIMED_M_PER_S`^2), u its speed over the floor after the last blow.
     The floor is cleaned with alcohol before one of the runs, and rubs more from then on: 1 + `cleaned`, the run's own.
     Beads of wax roll along with the disk until it goes another way: 1 + `beads` (1 - the share of the way just slid
     that had the slip's direction (`add_beads`)) / 2.
@@ -390,6 +407,11 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
         share *= 1.0 + p.debris_s_per_m * state[APPROACH] * np.exp(-slid / DEBRIS_M)
     if p.dirty_side != 0.0 and state[COUNT] > 0.5:
         share *= max(1.0 + p.dirty_side * np.cos(state[AZIMUTH] - p.dirty_rad), 0.0)
+    if p.rolling != 0.0:
+        share *= max(1.0 - p.rolling * rolls(at.time, p), 0.0)
+    if p.primed != 0.0 and state[LEFT] > 0.0:
+        square = state[LEFT] ** 2
+        share *= max(1.0 - p.primed * (square - PRIMED_M_PER_S**2) / (square + PRIMED_M_PER_S**2), 0.0)
     if p.spun_out != 0.0:
         turned = abs(state[ANGLE] - state[ANGLE_BEFORE])
         share *= 1.0 + p.spun_out * (1.0 - np.exp(-turned / SPUN_OUT_RAD))
@@ -415,6 +437,23 @@ def _by_what_went_before(at: Instant, p: PlantParameters) -> float:
     if p.strewn != 0.0:
         share *= 1.0 + p.strewn * state[BLOWS]
     return share * (1.0 + p.clinging * state[CHARGE]) * (1.0 + p.aged * state[AGED])
+
+
+@compiled
+def rolls(time: float, p: PlantParameters) -> float:
+    """How far a disk rolls on a grain at `time` of the run (0 to 1)."""
+    passed = time / ROLLING_S
+    here = np.floor(passed)
+    share = min((passed - here) / ROLLING_EDGE, 1.0)
+    before, now = _rolls_in(here - 1.0, p), _rolls_in(here, p)
+    return before + (now - before) * share**2 * (3.0 - 2.0 * share)
+
+
+@inlined
+def _rolls_in(stretch: float, p: PlantParameters) -> float:
+    """Whether it does in one stretch (0 or 1)."""
+    drawn = np.sin(12.9898 * (stretch + 7.0) + 78.233 * p.rolling_draw) * 43758.5453
+    return 1.0 if drawn - np.floor(drawn) < ROLLING_SHARE else 0.0
 
 
 @inlined

@@ -3,17 +3,19 @@ turns it aside."""
 
 import numpy as np
 
-from analysis.blind.plant.compiled import Floats, inlined
+from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.flight.floor_friction import dusty
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, NORMAL
+from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, LEANT_X, LEANT_Y, NORMAL
 
 RIM_POINTS = 24  # around a burr: the friction of their mean is within 1 % of a circle's
 EDGED_M_PER_S = 0.5  # approach of a blow that tips a disk half as far as any could onto its edge
 EDGED_S = 0.04  # in which it lies flat again: most of a flight
+FEET_AT_M = 0.009  # from the disk's middle to three feet of it, of its 10 mm
 GRAIN_AT_M = 0.007  # from the disk's middle, of its 10 mm
 SHIVERS = 12  # instants of one shiver of the floor that the mean of its friction is over
+LEANT_M = 0.01  # way on which a felt's fibres turn to a new direction by two thirds: a part of a flight
 MIDDLE_M = 0.002  # from the Host's centre, within which marks around it have no direction
 
 Traction = tuple[float, float, float]
@@ -21,14 +23,16 @@ Traction = tuple[float, float, float]
 
 @inlined
 def traction(at: Instant, p: PlantParameters, table: Floats) -> Traction:
-    """Of a disk that may stand on its inner part, on a burr, on a grain or on its edge, with what turns the force or
-    weighs it by its direction.
+    """Of a disk that may stand on its inner part, on a burr, on feet, on a grain or on its edge, with what turns the
+    force or weighs it by its direction.
 
     A cloth's nap leads a disk that spins aside, to one side as it goes along the nap and to the other as it comes back:
     across the slip, by `swerve` cos(the slip's direction - `swerve_rad`) in place of `curling`.
     """
-    flat = _shivered(at, p, table)
-    force_x, force_y, turn = _on_its_edge(_on_a_grain(_on_a_burr(flat, at, p), at, p), at, p)
+    flat = _on_a_burr(_shivered(at, p, table), at, p)
+    if p.feet != 0.0:
+        flat = _on_feet(flat, at, p)
+    force_x, force_y, turn = _on_its_edge(_on_a_grain(flat, at, p), at, p)
     if p.anisotropy != 0.0:  # along one direction of the room
         force_x, force_y = _weighed(force_x, force_y, p.anisotropy_phase_rad, p.anisotropy)
     if p.canted_rad != 0.0:
@@ -104,6 +108,23 @@ def _on_a_burr(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
     return rest * flat[0] + share * along_x, rest * flat[1] + share * along_y, rest * flat[2] + share * turn
 
 
+@compiled
+def _on_feet(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
+    """Of a disk that stands with a share of its weight, `feet`, on three drops of glue below it, `FEET_AT_M` from its
+    middle and a third of a turn from each other: each is held against its own way over the floor."""
+    share, along_x, along_y, turn = min(p.feet, 1.0), 0.0, 0.0, 0.0
+    for k in range(3):
+        angle = at.state[ANGLE] + p.feet_rad + 2.0 * np.pi * k / 3.0
+        arm_x, arm_y = FEET_AT_M * np.cos(angle), FEET_AT_M * np.sin(angle)
+        ux, uy = at.slip_x - at.turning * arm_y, at.slip_y + at.turning * arm_x
+        speed = np.sqrt(ux * ux + uy * uy) + 1e-300
+        held = np.tanh(speed / p.smoothing_m_per_s) / speed / 3.0
+        along_x, along_y = along_x + held * ux, along_y + held * uy
+        turn += held * (arm_x * uy - arm_y * ux) / p.disk_radius_m
+    rest = 1.0 - share
+    return rest * flat[0] + share * along_x, rest * flat[1] + share * along_y, rest * flat[2] + share * turn
+
+
 @inlined
 def _on_a_grain(flat: Traction, at: Instant, p: PlantParameters) -> Traction:
     """Of a disk that stands with a share of its weight on one grain."""
@@ -144,6 +165,22 @@ def _with_a_point(
         rest * flat[1] + share * uy,
         rest * flat[2] + share * (arm_x * uy - arm_y * ux) / p.disk_radius_m,
     )
+
+
+@compiled
+def add_leaning_fibres(
+    force_x: float, force_y: float, at: Instant, p: PlantParameters, out: Floats
+) -> tuple[float, float]:
+    """Traction (x, y) of a floor of felt, with what its fibres have of the slip's direction into `out`.
+
+    They lean over as the disk slides, and turn to a new direction only along the way, over `LEANT_M`; until then the
+    share `leant` of the friction still has the old one.  What they give back as they stand up they have taken before.
+    """
+    speed = np.sqrt(at.slip_x**2 + at.slip_y**2)
+    x, y = at.state[LEANT_X], at.state[LEANT_Y]
+    out[LEANT_X], out[LEANT_Y] = (at.slip_x - speed * x) / LEANT_M, (at.slip_y - speed * y) / LEANT_M
+    share, straight = min(p.leant, 1.0), np.tanh(speed / p.smoothing_m_per_s) / (speed + 1e-300)
+    return force_x + share * (x - straight * at.slip_x), force_y + share * (y - straight * at.slip_y)
 
 
 @inlined

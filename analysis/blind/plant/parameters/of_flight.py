@@ -30,6 +30,8 @@ class FlightParameters:
     grain: float = 0.0  # share of the weight that stands on one grain under the disk
     grain_rad: float = 0.0
     ring_foot: float = 0.0  # the floor's torque is more by this share
+    feet: float = 0.0  # share of the weight that stands on three feet near the disk's rim ...
+    feet_rad: float = 0.0  # ... of which one is here
     # floor friction: how much
     floor_friction: float = 0.25
     spin_share: float = 1.0  # 0 plain Coulomb, 1 Farkas
@@ -71,6 +73,7 @@ class FlightParameters:
     ribs_rad: float = 0.0  # ... more here
     path: float = 0.0  # share of the floor friction lost on the line that the flight before has left
     trodden: float = 0.0  # share of the floor friction lost where the disk has slid far in the run
+    puddle: float = 0.0  # share of the floor friction lost over a puddle that the Host's acceleration throws about
     powder: float = 0.0  # floor friction more by this share at the wall after many blows of a run
     unswept: float = 0.0  # floor friction more by this share at the wall, with the square of the way from the middle
     beneath: float = 0.0  # floor friction more by this share 20 mm to one side of the room along x, less to the other
@@ -150,6 +153,10 @@ class FlightParameters:
     dirty_side: float = 0.0  # floor friction more by this share after a blow at one side of the wall, less opposite ...
     dirty_rad: float = 0.0  # ... this one
     spun_out: float = 0.0  # floor friction more by this share once the disk has turned far since the last blow
+    rolling: float = 0.0  # share of the floor friction lost in some short stretches of a run ...
+    rolling_draw: float = 0.0  # ... of each run: which ones it has
+    primed: float = 0.0  # share of the floor friction lost in flights that begin fast, won in those that begin slow
+    leant: float = 0.0  # share of the floor friction that turns to a new direction only along the way slid
     debris_s_per_m: float = 0.0  # floor friction more by this times the last blow's approach just after it
     beads: float = 0.0  # floor friction more by this share in slips back, against those of the way just slid
     clogged: float = 0.0  # floor friction that rises by twice this share along the way slid, and falls at once ...

@@ -66,6 +66,7 @@ class WallParameters:
         0.0  # the disk's radius is more by this after many turns counterclockwise, less after many back ...
     )
     spool_rad: float = 0.0  # ... from this angle on
+    flattened_m: float = 0.0  # the disk's radius is less by this where many blows of a run have struck its rim
     planing_m: float = 0.0  # the disk's radius is more by this where a blow has left it fast, less by it where slow
     tipped_m: float = 0.0  # the disk's radius is less by at most this just after a hard blow
     thrown_m: float = 0.0  # from the disk's middle to that of its rim at a fast spin
@@ -154,6 +155,7 @@ class WallParameters:
     hardened: float = 0.0  # restitution more and less once around the disk's rim
     hardened_rad: float = 0.0
     shifted: float = 0.0  # restitution won where the rim was struck the last time, lost at its other side
+    peened: float = 0.0  # restitution won with each blow before at the same place of the disk's rim
     meshed: float = 0.0  # restitution won where one place of the disk's rim meets one of the wall ...
     meshed_wall_rad: float = 0.0  # ... this one ...
     meshed_rim_rad: float = 0.0  # ... and this one of the rim
@@ -179,6 +181,7 @@ class WallParameters:
     wetted_m_per_s: float = 0.0  # speed that the wall's film takes of a blow's approach
     adhesion_m_per_s: float = 0.0  # the wall keeps the energy of this speed in each impact
     loose_chip: float = 0.0  # restitution lost in one impact of six
+    glances: float = 0.0  # standard deviation of the restitution where the slip is as fast as the approach
     # ... by the blows before
     rest_amplitude: float = 0.0  # restitution lost when the impact before was this recent
     rest_s: float = 0.03
@@ -188,6 +191,7 @@ class WallParameters:
     hammered: float = 0.0  # restitution lost with each blow before at the same place of the wall
     loosened: float = 0.0  # share of the restitution lost after many blows of a run
     dinted_s_per_m: float = 0.0  # restitution more per approach of the last blow, as much less after a light one
+    scuffed_s_per_m: float = 0.0  # restitution lost per slip of the last blow
     heated: float = 0.0  # share of the restitution lost once blows have heated the disk well
     two_edges: float = 0.0  # restitution more and less in turn, from impact to impact
     ringing: float = 0.0  # restitution that swings about, at this frequency, from the impact before on
@@ -237,6 +241,9 @@ class WallParameters:
     sector_half_rad: float = 0.9  # ... and whose ends are this far from it
     glued: float = 0.0  # wall friction more and less once around the disk's rim
     glued_rad: float = 0.0
+    bared: float = (
+        0.0  # wall friction more by this share where the rim was struck the last time, less at its other side
+    )
     ground: float = 0.0  # wall friction less by this share where one place of the disk's rim strikes
     ground_rad: float = 0.0
     worn_ends: float = 0.0  # wall friction less by this share at both ends of x, more between them

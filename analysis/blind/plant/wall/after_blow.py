@@ -18,6 +18,7 @@ from analysis.blind.plant.state import (
     NOD_X,
     NOD_Y,
     NORMAL,
+    RIM_DENTS,
     SLEEVE,
     SLIPPED,
     SPIN,
@@ -35,7 +36,9 @@ from analysis.blind.plant.wall.motion import swing, tiredness
 from analysis.blind.plant.wall.restitution import struck_sector
 
 TOUCH_M_PER_S = 0.3  # approach of an impact that is a mere touch: of a disk that comes to rest at the wall
-KNEADING_M_PER_S = 0.7  # approach of a blow that clay yields to: a disk that hops round the wall is slower
+KNEADING_M_PER_S = (
+    0.7  # approach of a blow that clay or a soft rim yields to: a disk that hops round the wall is slower
+)
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
 
 
@@ -96,6 +99,9 @@ def remember(
             new[DENTS + struck_sector(blow.azimuth)] += 1.0
         if p.clay_m != 0.0 and blow.outer and blow.approach > KNEADING_M_PER_S:
             new[DENTS + struck_sector(blow.azimuth)] += 1.0
+        on_the_rim = p.peened != 0.0 or (p.flattened_m != 0.0 and blow.outer)
+        if on_the_rim and blow.approach > KNEADING_M_PER_S:
+            new[RIM_DENTS + struck_sector(blow.rim_rad)] += 1.0
         if p.walked_m != 0.0 and blow.outer and blow.approach > TOUCH_M_PER_S:
             new[WALK_X], new[WALK_Y] = state[WALK_X] + blow.nx, state[WALK_Y] + blow.ny
         if p.heated != 0.0:

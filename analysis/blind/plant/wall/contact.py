@@ -13,6 +13,7 @@ from analysis.blind.plant.wall.motion import leaked, receded, squashed, wall_off
 from analysis.blind.plant.wall.shape import (
     climbed,
     flat_gap,
+    flattened,
     heating_speed,
     kneaded,
     peeled,
@@ -63,6 +64,9 @@ def wall_gap(time: float, state: Floats, p: PlantParameters, host: Floats) -> tu
         if p.peeling_m != 0.0:
             more, steeper = peeled(azimuth, state, p)
             far, rise = far + more, rise + steeper
+        if p.flattened_m != 0.0:
+            more, steeper = flattened(azimuth, state, p)
+            far, rise = far + more, rise + steeper
         nx, ny = x / radius + rise / radius * y / radius, y / radius - rise / radius * x / radius
         size = np.sqrt(nx * nx + ny * ny)
         gap, nx, ny = (far - radius) / size, nx / size, ny / size
@@ -90,12 +94,15 @@ def contact_velocity(
     # At a chip's flank, a chamfer's end or a tape's the contact lies beside the normal through the disk's middle; a
     # cylinder meets the disk below its tape.
     outer = (state[X] - position[0]) * nx + (state[Y] - position[1]) * ny > 0.0
-    if p.chip_m != 0.0 or ((p.lap_m != 0.0 or p.peeling_m != 0.0 or p.chamfer_m != 0.0) and outer):
+    worn = p.lap_m != 0.0 or p.peeling_m != 0.0 or p.chamfer_m != 0.0 or p.flattened_m != 0.0
+    if p.chip_m != 0.0 or (worn and outer):
         from_x = state[X] + arm_x - p.disk_radius_m * nx - position[0]
         from_y = state[Y] + arm_y - p.disk_radius_m * ny - position[1]
         beside = -rim_reach(np.arctan2(from_y, from_x), state[ANGLE], p)[1]
         if p.peeling_m != 0.0:
             beside -= peeled(np.arctan2(from_y, from_x), state, p)[1]
+        if p.flattened_m != 0.0:
+            beside -= flattened(np.arctan2(from_y, from_x), state, p)[1]
         arm_x, arm_y = arm_x - beside * ny, arm_y + beside * nx
     from_x, from_y = state[X] + arm_x - position[0], state[Y] + arm_y - position[1]
     ux = state[VX] - state[SPIN] * arm_y - velocity[0] + velocity[2] * from_y
@@ -161,7 +168,7 @@ def strike(
         new[IMPACT_S] = time
     if p.peeling_m != 0.0 and bounce > 0.0:
         new[COUNT] += 1.0
-    if p.planing_m != 0.0 and bounce > 0.0:
+    if (p.planing_m != 0.0 or p.primed != 0.0) and bounce > 0.0:
         new[LEFT] = np.sqrt((new[VX] - blow.host_velocity[0]) ** 2 + (new[VY] - blow.host_velocity[1]) ** 2)
     # Where it may be at its new spin and speed, as it now lies, with tape and ring as this blow has left them.
     by_motion = p.swollen_m != 0.0 or p.thrown_m != 0.0 or p.coved_m != 0.0

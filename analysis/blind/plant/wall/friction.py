@@ -5,7 +5,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined
 from analysis.blind.plant.host import HOST_M_PER_S, HOST_M_PER_S2
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import APPROACH, COUNT, DENTS, SLIPPED, SPIN, WAY, WAY_BEFORE
+from analysis.blind.plant.state import APPROACH, COUNT, DENTS, SLIPPED, SPIN, STRUCK, WAY, WAY_BEFORE
 from analysis.blind.plant.wall.blow import Blow
 from analysis.blind.plant.wall.restitution import struck_sector
 
@@ -49,6 +49,8 @@ def _by_place(blow: Blow, state: Floats, p: PlantParameters) -> float:
     """By the place on the wall, with a tacky spot, and on the disk's rim.
 
     The markers' glue has run over one side of the rim: 1 + `glued` cos(rim - `glued_rad`).
+    Each blow wipes the oil off the rim where it strikes, and squeezes it round to the other side: 1 + `bared` cos(rim -
+    the last one).
     A wall ground from one side to the other has scales that all lie towards there, clockwise along one half of it and
     counterclockwise along the other: 1 + `scaly` tanh(slip / `SCALE_M_PER_S`) sin(`scaly_rad` - the normal's
     direction).
@@ -64,6 +66,8 @@ def _by_place(blow: Blow, state: Floats, p: PlantParameters) -> float:
     share *= 1.0 + p.tacky * np.exp(-0.5 * (away / TACKY_RAD) ** 2)
     if p.glued != 0.0:
         share *= max(1.0 + p.glued * np.cos(blow.rim_rad - p.glued_rad), LEAST_FRICTION)
+    if p.bared != 0.0 and state[COUNT] > 0.5:  # there was an impact before
+        share *= max(1.0 + p.bared * np.cos(blow.rim_rad - state[STRUCK]), LEAST_FRICTION)
     if p.scaly != 0.0:
         towards = np.tanh(blow.slip / SCALE_M_PER_S) * np.sin(p.scaly_rad - blow.normal_rad)
         share *= max(1.0 + p.scaly * towards, LEAST_FRICTION)

@@ -15,7 +15,9 @@ from analysis.blind.plant.state import (
     HEAT,
     IMPACT_S,
     NORMAL,
+    RIM_DENTS,
     SECTORS,
+    SLIPPED,
     SPIN,
     STRUCK,
     WAY,
@@ -41,6 +43,7 @@ HEATED_M2_PER_S2 = 10.0  # energy per unit mass that blows take in a run, about:
 YIELD_M_PER_S = 1.3  # approach of a blow that just makes metal yield
 PLASTIC_MOST = 1.3  # fourth root of how much lighter a blow may be and still give back more
 SWEPT_M = 0.04  # way on which most of the dust that a rim can gather has gathered before it
+GLANCES_MOST = 2.0  # slip over the approach beyond which a blow's chance matters no more
 HEELED_MOST = 2.0  # slip over the approach beyond which a disk heels over no more
 SCREWS_BLOWS = 12.0  # after which screws have come loose by two thirds
 DINT_M_PER_S = 1.1  # approach of a last blow after which a metal that hardens gives back what it does on the mean
@@ -117,6 +120,8 @@ def _by_the_rim(value: float, blow: Blow, state: Floats, p: PlantParameters) -> 
     A washer that was quenched from one side is harder there than opposite: `hardened` cos(rim - `hardened_rad`).
     A loose rubber band around the rim is pushed to the other side of it by each blow: where it was struck the last time
     it is bare and hard, opposite the band lies double: `shifted` cos(rim - the last one).
+    A soft rim is peened hard where it strikes: `peened` n is won, n the harder blows before at the struck one of the
+    rim's `SECTORS` sectors.
     Wall and washer each have a high side, which mesh like two wheels: `meshed` cos(azimuth - `meshed_wall_rad`)
     cos(rim - `meshed_rim_rad`).
     """
@@ -124,6 +129,8 @@ def _by_the_rim(value: float, blow: Blow, state: Floats, p: PlantParameters) -> 
     value = _raised(value, p.sheet * np.cos(2.0 * (blow.rim_rad - p.sheet_rad)))
     if p.hardened != 0.0:
         value = _raised(value, p.hardened * np.cos(blow.rim_rad - p.hardened_rad))
+    if p.peened != 0.0:
+        value = _raised(value, p.peened * state[RIM_DENTS + struck_sector(blow.rim_rad)])
     if p.meshed != 0.0:
         of_the_wall, of_the_rim = np.cos(blow.azimuth - p.meshed_wall_rad), np.cos(blow.rim_rad - p.meshed_rim_rad)
         value = _raised(value, p.meshed * of_the_wall * of_the_rim)
@@ -181,6 +188,8 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
     Screws that give in hard blows: `giving_s_per_m` times what the approach has beyond `giving_m_per_s` is lost.
     A disk climbs up the wall in hard blows, and the share `climbing` of its rebound's energy goes upwards: times
     sqrt(1 - `climbing`) where the approach is above `climbing_m_per_s`.
+    A wall of coarse grains gives back a head-on blow always alike and an oblique one by chance: by `glances` z r, z
+    standard normal and r the slip's size over the approach, `GLANCES_MOST` at most.
     A sticky wall holds on to what comes slowly: times 1 - `caught` where the approach is below `caught_m_per_s`.
     A slip along the wall heels the disk over, and some of the blow goes into that: `heeled` times the slip's size over
     the approach is lost, `HEELED_MOST` times it at most.
@@ -204,6 +213,9 @@ def _by_the_way_it_strikes(value: float, blow: Blow, p: PlantParameters) -> floa
         value *= np.sqrt(max(1.0 - p.climbing, 0.0))
     if p.caught != 0.0 and blow.approach < p.caught_m_per_s:
         value *= max(1.0 - p.caught, 0.0)
+    if p.glances != 0.0:
+        slope = min(abs(blow.slip) / (blow.approach + 1e-300), GLANCES_MOST)
+        value = _raised(value, p.glances * blow.other_chance * slope)
     if p.heeled != 0.0:
         slope = min(abs(blow.slip) / (blow.approach + 1e-300), HEELED_MOST)
         value = _raised(value, -p.heeled * slope)
@@ -239,6 +251,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
     in the same of `SECTORS` sectors of the wall.
     Soft metal hardens where a blow dints it, and the next blow loses less: `dinted_s_per_m` (v - `DINT_M_PER_S`) is
     won, v the last blow's approach.
+    A blow that slips scuffs a soft rim, whose fuzz cushions the next one: `scuffed_s_per_m` times the size of the last
+    blow's slip is lost.
     Blows heat a washer, which cools between the runs: times 1 - `heated` E / `HEATED_M2_PER_S2`, E the energy per unit
     mass that those of the run have taken so far.
     """
@@ -255,6 +269,8 @@ def _by_the_blows_before(value: float, blow: Blow, state: Floats, p: PlantParame
         value = _raised(value, -p.hammered * state[DENTS + struck_sector(blow.azimuth)])
     if p.dinted_s_per_m != 0.0 and state[COUNT] > 0.5:
         value = _raised(value, p.dinted_s_per_m * (state[APPROACH] - DINT_M_PER_S))
+    if p.scuffed_s_per_m != 0.0 and state[COUNT] > 0.5:
+        value = _raised(value, -p.scuffed_s_per_m * abs(state[SLIPPED]))
     if p.heated != 0.0:
         value = _times(value, max(1.0 - p.heated * state[HEAT] / HEATED_M2_PER_S2, 0.0))
     value = value - p.tired * tiredness(blow.time, state)

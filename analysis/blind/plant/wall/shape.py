@@ -5,7 +5,7 @@ import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, DENTS, IMPACT_S, LEFT, NORMAL, SECTORS, SPIN
+from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, DENTS, IMPACT_S, LEFT, NORMAL, RIM_DENTS, SECTORS, SPIN
 
 STEP_EDGE = 0.1  # rad within which one half of a stepped wall goes over into the other
 JOINT_RAD = 0.08  # of the wall's azimuth, over which a strip's ends overlap: 3 mm
@@ -18,6 +18,7 @@ CHAMFER_RAD = 1.2  # of the disk's rim, from the middle of a chamfered side to i
 CHAMFER_EDGE_RAD = 0.5  # of the rim, over which a chamfer runs out: 5 mm, or the disk would rattle on its ends
 LAP_RAD = 0.6  # of the disk's rim, over which a tape's end is ironed down: 6 mm to either side
 PEEL_RAD = 0.7  # of the disk's rim, from a peeling end's top to where it stands out three fifths as far
+FLAT_BLOWS = 5.0  # near one place of a soft rim, after which it is flattened there by two thirds
 PEEL_BLOWS = 8.0  # after which it has peeled off by two thirds
 SPOOL_RAD = 25.0  # turned on which a tape's loose end is wound up by three quarters: four turns
 PLANING_M_PER_S = 0.9  # speed over the floor after a blow, at which a disk that planes is as wide as on the mean
@@ -163,6 +164,21 @@ def kneaded(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
     here, next_ = state[DENTS + int(low) % SECTORS], state[DENTS + int(low + 1.0) % SECTORS]
     eased, slope = share**2 * (3.0 - 2.0 * share), 6.0 * share * (1.0 - share) / wide
     return p.clay_m * (here + (next_ - here) * eased), p.clay_m * (next_ - here) * slope
+
+
+@compiled
+def flattened(azimuth: float, state: Floats, p: PlantParameters) -> Reach:
+    """How much farther a rim lets the disk that is soft, and that blows flatten where they strike: by `flattened_m` (1
+    - exp(-n / `FLAT_BLOWS`)), n the harder blows before near there: those of each of the rim's `SECTORS` sectors count
+    with the square of the cosine of the way from its middle, none a quarter of the rim off."""
+    blows, slope = 0.0, 0.0
+    for sector in range(SECTORS):
+        away = azimuth - state[ANGLE] - (sector + 0.5) * 2.0 * np.pi / SECTORS
+        if np.cos(away) > 0.0:
+            blows += state[RIM_DENTS + sector] * np.cos(away) ** 2
+            slope -= state[RIM_DENTS + sector] * np.sin(2.0 * away)
+    left = p.flattened_m * np.exp(-blows / FLAT_BLOWS)
+    return p.flattened_m - left, left * slope / FLAT_BLOWS
 
 
 @inlined

@@ -1,5 +1,5 @@
-"""What each cause of the groups that are asked for amounts to, what of the state is its own and which markers it moves;
-and which cases of the latest groups a trial draws."""
+"""What each cause of the groups that are asked for amounts to, what of the state is its own and which markers it
+moves."""
 
 from analysis.blind.plant.state import SECTORS, TRODDEN_SIDE
 
@@ -367,6 +367,18 @@ ORDERS = {
     "unknown_small_window": ("pixels", 0.13),  # the disk is faster than the Host
     "unknown_ghosted_film": ("pixels", 0.5),  # the disk is faster than the Host
     "unknown_bridged_gaps": ("pixels", 0.9),
+    "unknown_three_feet": ("friction's torque", 24.0),
+    "unknown_rolling_grain": ("friction", 0.5),
+    "unknown_felted_floor": ("force", 1.2),  # of disks that have come from anywhere
+    "unknown_swashing_puddle": ("friction", 0.5),
+    "unknown_primed_film": ("friction", 0.4),
+    "unknown_scuffed_rim": ("kick", 0.08),
+    "unknown_bared_rim": ("kick", 0.08),
+    "unknown_scattering_glances": ("kick", 0.1),
+    "unknown_peened_rim": ("kick", 0.08),
+    "unknown_flattened_rim": ("gap", 2e-4),
+    "unknown_lifting_card": ("pixels", 0.75),
+    "unknown_pitching_plate": ("pixels", 0.75),
 }
 # Of a blow in another direction: where it is struck, how hard.
 ELSEWHERE = ("hard", "azimuth", "normal", "approach", "tired", "slipped", "struck", "blows")
@@ -396,6 +408,9 @@ OWN = {
     "unknown_floating_disk": ("afloat",),
     "unknown_trodden_floor": tuple(f"trodden_{place}" for place in range(TRODDEN_SIDE**2)),
     "unknown_kicked_floor": ("way",),
+    "unknown_felted_floor": ("leant_x", "leant_y"),
+    "unknown_peened_rim": tuple(f"rim_dents_{sector}" for sector in range(SECTORS)),
+    "unknown_primed_film": ("left",),
 }
 # The camera that a cause acts in (of others: both), and of which body's markers its pixels are stated.
 CAMERA = {
@@ -454,135 +469,5 @@ OF_THE_DISK = (
     "unknown_hopping_labels",
     "unknown_guessing_tracker",
     "unknown_bridged_gaps",
+    "unknown_lifting_card",
 )
-# Six cases of each group and of those beside a listed cause, as they were drawn before the next group was written.
-AS_BEFORE = {
-    "overlooked": [
-        "plane_tilt+unknown_loosening_screws",
-        "unknown_nodding_ring",
-        "unknown_worn_ends",
-        "unknown_lapped_tape",
-        "restitution_drift+unknown_flickering_lamps",
-        "camera_clock_offset+unknown_oil_film",
-    ],
-    "reported": [
-        "plane_tilt+unknown_hertzian_wall",
-        "unknown_warping_host",
-        "unknown_run_in_wall",
-        "unknown_cold_camera",
-        "restitution_drift+unknown_risen_markers",
-        "camera_clock_offset+unknown_drumming_floor",
-    ],
-    "suspected": [
-        "plane_tilt+unknown_half_glued_liner",
-        "unknown_hinged_ring",
-        "unknown_skimming_washer",
-        "unknown_program_start",
-        "restitution_drift+unknown_leaning_card",
-        "camera_clock_offset+unknown_polished_lane",
-    ],
-    "refereed": [
-        "plane_tilt+unknown_sheared_gel",
-        "unknown_relaxing_ring",
-        "unknown_bulging_lining",
-        "unknown_knocked_lens",
-        "restitution_drift+unknown_sagging_arm",
-        "camera_clock_offset+unknown_faced_floor",
-    ],
-    "witnessed": [
-        "plane_tilt+unknown_curing_glue",
-        "unknown_seat_play",
-        "unknown_sloshing_oil",
-        "unknown_exposure_control",
-        "restitution_drift+unknown_sinking_head",
-        "camera_clock_offset+unknown_wearing_middle",
-    ],
-    "foreseen": [
-        "plane_tilt+unknown_shear_set",
-        "unknown_peeling_tape",
-        "unknown_shaken_powder",
-        "unknown_heat_haze",
-        "restitution_drift+unknown_ticking_timer",
-        "camera_clock_offset+unknown_hysteresis_drag",
-    ],
-    "borrowed": [
-        "plane_tilt+unknown_preloaded_liner",
-        "unknown_planing_disk",
-        "unknown_humming_ring",
-        "unknown_settling_loop",
-        "restitution_drift+unknown_steadied_picture",
-        "camera_clock_offset+unknown_clogging_face",
-    ],
-    "likely": [
-        "plane_tilt+unknown_drifting_oscillator",
-        "unknown_bowed_board",
-        "unknown_receding_wall",
-        "unknown_jogged_camera",
-        "restitution_drift+unknown_warming_camera",
-        "camera_clock_offset+unknown_glazed_floor",
-    ],
-    "expected": [
-        "plane_tilt+unknown_oiled_wall",
-        "unknown_heated_ring",
-        "unknown_heated_washer",
-        "unknown_flat_spot",
-        "restitution_drift+unknown_creeping_sticker",
-        "camera_clock_offset+unknown_lab_magnet",
-    ],
-    "supposed": [
-        "plane_tilt+unknown_raised_card",
-        "unknown_rounded_pixels",
-        "unknown_chamfered_side",
-        "unknown_shallow_focus",
-        "restitution_drift+unknown_swelling_paper",
-        "camera_clock_offset+unknown_switched_blower",
-    ],
-    "probable": [
-        "plane_tilt+unknown_waking_trigger",
-        "unknown_sliding_sticker",
-        "unknown_stretched_print",
-        "unknown_padded_markers",
-        "restitution_drift+unknown_scaled_print",
-        "camera_clock_offset+unknown_riding_disk",
-    ],
-    "presumed": [
-        "plane_tilt+unknown_dragging_ring",
-        "unknown_nudged_camera",
-        "unknown_quivering_ring",
-        "unknown_rolled_camera",
-        "restitution_drift+unknown_fitted_lens",
-        "camera_clock_offset+unknown_galloping_guide",
-    ],
-    "surmised": [
-        "plane_tilt+unknown_longer_lens",
-        "unknown_cast_ring",
-        "unknown_tilted_sensor",
-        "unknown_gumming_film",
-        "restitution_drift+unknown_opened_door",
-        "camera_clock_offset+unknown_unclamped_floor",
-    ],
-    "conjectured": [
-        "plane_tilt+unknown_shearing_glue",
-        "unknown_worked_rubber",
-        "unknown_long_shutter",
-        "unknown_image_charge",
-        "restitution_drift+unknown_warm_updraught",
-        "camera_clock_offset+unknown_caught_speck",
-    ],
-    "envisaged": [
-        "plane_tilt+unknown_dead_band",
-        "unknown_hopping_labels",
-        "unknown_guessing_tracker",
-        "unknown_static_friction",
-        "restitution_drift+unknown_dirty_side",
-        "camera_clock_offset+unknown_churned_air",
-    ],
-    "imaginable": [
-        "plane_tilt+unknown_ghosted_film",
-        "unknown_small_window",
-        "unknown_bridged_gaps",
-        "unknown_kicked_floor",
-        "restitution_drift+unknown_trodden_floor",
-        "camera_clock_offset+unknown_floating_disk",
-    ],
-}

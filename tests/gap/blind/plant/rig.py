@@ -40,6 +40,8 @@ PLACE = (
     *(f"dents_{sector}" for sector in range(SECTORS)),
     *("afloat", "angle_before", "walk_x", "walk_y"),
     *(f"trodden_{place}" for place in range(TRODDEN_SIDE**2)),
+    *("leant_x", "leant_y"),
+    *(f"rim_dents_{sector}" for sector in range(SECTORS)),
 )
 FREE = PlantParameters(floor_friction=0.0, smoothing_m_per_s=1e-6)
 SLIDING = FREE._replace(floor_friction=0.3)
@@ -115,7 +117,11 @@ def random_states(at_wall=False):
     out[:, 40:48] = np.random.default_rng(14).integers(0, 5, (60, SECTORS))
     fresh = np.random.default_rng(15)
     out[:, 48], out[:, 49] = fresh.random(60), out[:, 4] - fresh.normal(0.0, 4.0, 60)
-    out[:, 50:52], out[:, 52:] = fresh.integers(-2, 3, (60, 2)), fresh.uniform(0.0, 0.3, (60, TRODDEN_SIDE**2))
+    out[:, 50:52], out[:, 52:61] = fresh.integers(-2, 3, (60, 2)), fresh.uniform(0.0, 0.3, (60, TRODDEN_SIDE**2))
+    recent = np.random.default_rng(16)
+    turned = recent.uniform(0.0, 2.0 * np.pi, 60)
+    out[:, 61:63] = 0.8 * np.column_stack([np.cos(turned), np.sin(turned)])
+    out[:, 63:] = recent.integers(0, 4, (60, SECTORS))
     out[:, 0] += [host_pose(time, HOST)[0][0] for time in TIMES]
     out[:, 2] += [host_pose(time, HOST)[1][0] for time in TIMES]
     return out
@@ -175,6 +181,7 @@ def on_its_way(drop=None):
         motion = run_plant(p, HOST, draw_start(rng), 1.2, rng)
         known = {"way": 0.0, "way_before": 0.0, "core": motion.nodes[0, 6], "impact_s": -1.0, "count": 0, "oiled": 0.0}
         dents, trodden = np.zeros(SECTORS), np.zeros((TRODDEN_SIDE, TRODDEN_SIDE))
+        rim_dents, known["leant_x"], known["leant_y"] = np.zeros(SECTORS), 0.0, 0.0
         known |= {"afloat": 0.0, "angle_before": motion.nodes[0, 5], "walk_x": 0.0, "walk_y": 0.0}
         known |= {"heat": 0.0, "charge": 0.0, "aged": 0.0, "bead_x": 0.0, "bead_y": 0.0, "here_x": 0.0, "here_y": 0.0}
         for before, node in pairwise(motion.nodes):
@@ -186,11 +193,14 @@ def on_its_way(drop=None):
             known["aged"] += passed * (1.0 - known["aged"]) / 0.05 - slid * known["aged"] / 0.02
             known["bead_x"] += (passed * (node[3] - velocity[0]) - slid * known["bead_x"]) / 0.03
             known["bead_y"] += (passed * (node[4] - velocity[1]) - slid * known["bead_y"]) / 0.03
+            known["leant_x"] += (passed * (node[3] - velocity[0]) - slid * known["leant_x"]) / 0.01
+            known["leant_y"] += (passed * (node[4] - velocity[1]) - slid * known["leant_y"]) / 0.01
             if drop is not None:
                 far = ((node[1] - place[0] - drop[0]) ** 2 + (node[2] - place[1] - drop[1]) ** 2) / 1e-4
                 known["oiled"] += passed * np.exp(-0.5 * far) * (1.0 - known["oiled"]) / 0.01
                 known["oiled"] *= 1.0 - slid / 0.06
             known |= {f"dents_{sector}": count for sector, count in enumerate(dents)}
+            known |= {f"rim_dents_{sector}": count for sector, count in enumerate(rim_dents)}
             speed, at = np.hypot(*(node[3:5] - velocity[:2])), ((node[1:3] - place[:2]) / 0.02).clip(-1.0, 1.0)
             known["afloat"] = 1.0 if speed > 1.4 else 0.0 if speed < 0.7 else known["afloat"]
             near = np.maximum(1.0 - np.abs(at[:, None] - np.arange(-1, 2)), 0.0)
@@ -215,6 +225,7 @@ def on_its_way(drop=None):
                 known |= {"normal": normal, "azimuth": normal, "approach": approach, "slipped": slip}
                 after = impact(node[0], state, p, HOST, np.zeros(2), 1.0)[0]
                 known |= {name: after[PLACE.index(name)] for name in ("tired", "struck", "blows")}
+                rim_dents[int(known["struck"] % (2.0 * np.pi) / (2.0 * np.pi) * SECTORS)] += approach > 0.7
                 known["heat"] += energy(against_host(state, velocity)) - energy(against_host(after, velocity))
                 swung = np.array(swing(node[0], state, p)) - [0.0, 0.0, *kick]
                 known |= dict(zip(("nod_x", "nod_y", "nod_vx", "nod_vy"), swung, strict=True))

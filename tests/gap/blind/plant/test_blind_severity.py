@@ -30,6 +30,7 @@ GROUPS = (
     "conjectured",
     "envisaged",
     "imaginable",
+    "thinkable",
 )
 NAMES = [cause.name for group in GROUPS for cause in of_group(group)]
 SEEN = [name for name in NAMES if CAUSES[name].stage == "measurement"]
@@ -43,12 +44,13 @@ BY_THEMSELVES = (
     "unknown_hopping_labels",
     "unknown_bridged_gaps",
 )
-# How much of the slip comes back is seen in the spin.
+# How much of the slip comes back is seen in the spin, and so is what a disk stands on.
 BY_THE_RIM = (
     *("unknown_fibrous_lay", "unknown_slipping_edge", "unknown_half_glued_liner", "unknown_sheared_gel"),
     *("unknown_curing_glue", "unknown_shear_set", "unknown_preloaded_liner", "unknown_uneven_rubber"),
     "unknown_worked_rubber",
     "unknown_limp_rim",
+    "unknown_three_feet",
 )
 # How many causes of each; of the others six, five, two and three.
 STAGES = {
@@ -63,6 +65,7 @@ STAGES = {
     "conjectured": (4, 6, 0, 2),
     "envisaged": (3, 5, 0, 4),
     "imaginable": (5, 1, 2, 4),
+    "thinkable": (5, 4, 1, 2),
 }
 # Half a severity is not half as much: a surface that goes round turns slow slips at once, and is held at the Coulomb
 # limit later; of friction that is divided by the slip, or dies out with the blows, half is more than half, and of a
@@ -171,6 +174,8 @@ def _acts(name):
             "unknown_wandering_templates": camera != "",
             "unknown_small_window": camera != "",
             "unknown_ghosted_film": camera != "",
+            "unknown_lifting_card": of_the_disk,
+            "unknown_pitching_plate": marker.str.startswith("H"),
         }[name]
 
     return chosen
