@@ -14,8 +14,8 @@ from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.words import FUNCTIONS, QUANTITIES
 from ovines.core.refusal import require
 
-#: terms of a law at the most: each is a parameter of the flights' model
-MOST_TERMS = 8
+#: terms of a law at the most: each is a parameter of the flights' model; of the measurement, where none is
+MOST_TERMS, MOST_OF_MEASUREMENT = 8, 12
 #: functions that divide their quantity by a scale of its unit
 SCALED = (
     *("cosine", "sine", "exponential", "gaussian", "below", *W.TRAINS),
@@ -133,8 +133,9 @@ class WrittenLaw:
     terms: tuple[Term, ...]
 
     def __post_init__(self) -> None:
-        some = 1 <= len(self.terms) <= MOST_TERMS
-        require(some, f"a law of {len(self.terms)} terms", f"1 to {MOST_TERMS}", "split the law, or merge its terms")
+        most = most_terms(self.terms)
+        some = 1 <= len(self.terms) <= most
+        require(some, f"a law of {len(self.terms)} terms", f"1 to {most}", "split the law, or merge its terms")
         one = len({TARGETS[t.target].stage for t in self.terms}) == 1
         require(one, "a law of several stages", "terms of one stage", "write a law for each stage")
         for term in self.terms:
@@ -177,6 +178,12 @@ class WrittenLaw:
             return replace(one, x=one.x - late.get(one.quantity, 0.0))
 
         return WrittenLaw(tuple(replace(term, factors=tuple(map(told, term.factors))) for term in self.terms))
+
+
+def most_terms(terms: Sequence[Term]) -> int:
+    """As many terms as a law of these may have at the most."""
+    of_measurement = all(TARGETS[term.target].stage == "measurement" for term in terms)
+    return MOST_OF_MEASUREMENT if of_measurement else MOST_TERMS
 
 
 def _beside_frames(target: str) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.cause import BESIDE
-from analysis.gap.laws.frames.bodies.at_blows import REACH, corner_rows, find_blow_law, off_by
+from analysis.gap.laws.frames.bodies.at_blows import REACHES, corner_rows, find_blow_law, off_by
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.page.figures.at_blows import blow_figure
 from analysis.gap.series import with_points
@@ -71,6 +71,8 @@ def test_tracks_that_were_smoothed_hold_a_share_of_each_frame_of_the_mean(loaded
         ({-1: 0.4, -2: -0.2}, "goes on from the two frames before"),
         ({-1: 0.1, 1: 0.1}, "a mean of three"),
         ({-1: 0.2}, "an average that lags"),
+        ({-2: 0.2, -1: 0.2, 1: 0.2, 2: 0.2}, "nothing but a mean of five"),
+        ({k: (59 - 5 * k**2) / 231 if k else 0.0 for k in range(-4, 5)}, "a parabola through nine (Savitzky-Golay)"),
     ],
 )
 def test_what_a_place_holds_comes_back_whatever_it_is(loaded, weights, what):
@@ -81,7 +83,7 @@ def test_what_a_place_holds_comes_back_whatever_it_is(loaded, weights, what):
     law = find_blow_law(series, RNG(0))
     assert law is not None, what
     found = shares(law, series)
-    for k in range(-REACH, REACH + 1):
+    for k in range(-REACHES[1], REACHES[1] + 1):
         if k:
             assert found.get(k, 0.0) == pytest.approx(weights.get(k, 0.0), abs=0.03), as_text(law.law)
     assert law.closed > 0.8
@@ -143,7 +145,7 @@ def test_no_blow_that_tells_and_no_markers(loaded):
         without_frame_laws(replace(series, points=None, tracks=None), [law])
     one = series.runs[0]
     short = replace(series, runs=(replace(one, flights=one.flights[:1]),))
-    assert corner_rows(short) is None and find_blow_law(short, RNG(0)) is None
+    assert corner_rows(short, REACHES[0]) is None and find_blow_law(short, RNG(0)) is None
 
 
 def test_a_long_formula_stands_in_lines():

@@ -25,7 +25,7 @@ from analysis.gap.laws.regression.forms import (
 )
 from analysis.gap.laws.regression.problem import Profile, Regression
 from analysis.gap.selection.null_distribution import by_chance
-from ovines.core.laws.terms import MOST_TERMS, Term
+from ovines.core.laws.terms import Term, most_terms
 from ovines.robust import MEDIAN_TO_SD
 
 Array = NDArray[np.float64]
@@ -98,7 +98,8 @@ def find_law(
         part, own = shortlist[0]
         if own <= 0:
             break
-        if sum(len(one.terms) for one in (*parts, part)) > MOST_TERMS:
+        terms = [term for one in (*parts, part) for term in one.terms]
+        if len(terms) > most_terms(terms):
             break
         if not parts:
             gained = float(gains[best])

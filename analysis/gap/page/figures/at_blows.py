@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, GREY, RED, label, legend, new_figure
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.bodies.at_blows import REACH, corner_rows, seen_off
+from analysis.gap.laws.frames.bodies.at_blows import REACHES, corner_rows, reach_of, seen_off
 from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.series import Series
 
@@ -24,16 +24,17 @@ MS, US = 1e3, 1e6
 def blow_figure(series: Series, law: LawFound) -> Figure | None:
     """How far frames about blows are seen along the change of velocity, over that change, by the time from the blow;
     and the ``law``."""
-    rows = corner_rows(series)
+    terms = law.rig_law.terms
+    reach = max(REACHES[0], reach_of(terms, series.period_s))
+    rows = corner_rows(series, reach)
     if rows is None:
         return None
-    terms = law.rig_law.terms
     said = rows.weight * rows.off_m(terms)
     bends = rows.problem.nuisances
     beside = replace(rows.problem, residual=rows.problem.residual - said)
     left = rows.problem.residual - bends @ beside.fitted(bends, beside.prior)
     jump = rows.jump_m / series.period_s * rows.weight
-    edges = np.arange(-REACH - 0.5, REACH + 0.5 + 1e-9, 1 / IN_A_FRAME)
+    edges = np.arange(-reach - 0.5, reach + 0.5 + 1e-9, 1 / IN_A_FRAME)
     told = []
     for low, high in pairwise(edges):
         own = (rows.after >= low) & (rows.after < high)

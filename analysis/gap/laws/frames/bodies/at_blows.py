@@ -35,8 +35,8 @@ from ovines.core.laws.terms import Factor, Term
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
-#: frames to either side of one that a place may hold something of
-REACH = 3
+#: frames to either side of one that a place may hold something of: few, which short flights tell, too, and many
+REACHES = 3, 6
 # Each way is a parabola (a flight's friction bends it) through so many frames, no nearer to the blow than it reaches;
 # fewer do not tell its slope there.
 OF_WAY, FEWEST, DEGREE = 9, 6, 2
@@ -87,7 +87,8 @@ class Corner(NamedTuple):
 class CornerRows:
     """The ``problem`` without a law, what laws ``known`` of each frame (N, KNOWN_SIZE), how many frames ``after`` its
     blow each is (N,), what the velocity changes by there (``jump_m`` (N,), per frame), the rows' ``weight`` (N,; 1/m),
-    what passes from frame to frame, ``period_s``, and terms about which all is linear (``held``)."""
+    what passes from frame to frame, ``period_s``, how many frames away what places hold may be (``reach``), and terms
+    about which all is linear (``held``)."""
 
     problem: Regression
     known: Array
@@ -95,6 +96,7 @@ class CornerRows:
     jump_m: Array
     weight: Array
     period_s: float
+    reach: int
     held: tuple[Term, ...] = ()
 
     def columns(self, terms: Sequence[Term]) -> Array:
@@ -156,18 +158,20 @@ def seen_poses(run: Run, motion: pd.DataFrame) -> Array:
     return np.column_stack([motion[["nes_x_m", "nes_y_m"]].to_numpy(float), angle_at(run.data)])
 
 
-def corners_of(run: Run, pose: Array) -> list[Corner]:
-    """Blows of a run between two flights that are long enough to tell where they would meet."""
+def corners_of(run: Run, pose: Array, reach: int) -> list[Corner]:
+    """Blows of a run between two flights that are long enough to tell where they would meet, by frames that hold
+    nothing of what is more than ``reach`` frames away."""
     seen = np.asarray(np.isfinite(pose).all(1), bool)
     found = []
     for one, other in zip(run.flights[:-1], run.flights[1:], strict=True):
         # What cuts a corner may pass for a contact that lasts: flights are not always joined.
-        if one.goes_on or other.first - one.last > 2 * REACH:
+        if one.goes_on or other.first - one.last > 2 * reach:
             continue
-        first, last = max(one.first, one.last - REACH - OF_WAY), min(other.last, other.first + REACH + OF_WAY)
-        before = _fitted(pose, seen, np.arange(first + 1, one.last - REACH), one.last)
-        behind = _fitted(pose, seen, np.arange(other.first + REACH + 1, last), one.last)
-        near = np.arange(max(one.last - REACH, 0), min(other.first + REACH + 1, len(pose)))
+        first = max(one.first + reach, one.last - reach - OF_WAY)
+        last = min(other.last - reach, other.first + reach + OF_WAY)
+        before = _fitted(pose, seen, np.arange(first + 1, one.last - reach), one.last)
+        behind = _fitted(pose, seen, np.arange(other.first + reach + 1, last), one.last)
+        near = np.arange(max(one.last - reach, 0), min(other.first + reach + 1, len(pose)))
         if before is None or behind is None:
             continue
         corner = _met(before, behind, one.last, other.first, near)
@@ -203,13 +207,14 @@ def _met(before: Straight, behind: Straight, last: int, first: int, near: NDArra
     return Corner(near, np.asarray(near - last - time, float), before, behind, last, slope)
 
 
-def corner_rows(series: Series) -> CornerRows | None:
-    """What the frames next to blows say of those beside them; None without blows that tell."""
+def corner_rows(series: Series, reach: int) -> CornerRows | None:
+    """What the frames next to blows say of those beside them, up to ``reach`` frames away; None without blows that
+    tell."""
     parts: list[tuple[Array, ...]] = []
     for number, run in enumerate(series.runs):
         known = known_frames(run.data.time_s, run.data, run.flights)
         pose = seen_poses(run, series.motions[number])
-        for corner in corners_of(run, pose):
+        for corner in corners_of(run, pose, reach):
             off = pose[corner.frames, :2] - corner.way(corner.frames.astype(float))[:, :2]
             there = np.isfinite(off).all(1)
             jump_m = float(np.hypot(*corner.jump_m))
@@ -227,9 +232,9 @@ def corner_rows(series: Series) -> CornerRows | None:
         return None
     at = (blow.astype(np.int64), of_run.astype(np.int64))
     free = np.zeros(bends.shape[1])
-    rows = CornerRows(Regression(along, bends, free, *at), known, after, jump_m_at, 1 / noise, series.period_s)
+    rows = CornerRows(Regression(along, bends, free, *at), known, after, jump_m_at, 1 / noise, series.period_s, reach)
     # What is gross beside all that is asked weighs little.
-    asked = np.column_stack([rows.moved_m(_neighbours(-REACH, REACH, series.period_s)), bends])
+    asked = np.column_stack([rows.moved_m(_neighbours(-reach, reach, series.period_s)), bends])
     fit = least_squares(asked, along, noise)
     weight = fit.weight / np.sqrt(_at_once(asked * fit.weight[:, None], fit.weight * noise * fit.residual, at[0]))
     return replace(rows, problem=Regression(along * weight, bends * weight[:, None], free, *at), weight=weight)
@@ -260,7 +265,7 @@ def _neighbours(first: int, last: int, period_s: float) -> tuple[Term, ...]:
 def blow_candidates(rows: CornerRows) -> list[Candidate]:
     """Every candidate for what a place holds of the frames beside it."""
     out = []
-    for reach in range(1, REACH + 1):
+    for reach in range(1, rows.reach + 1):
         for last, word in ((-1, "before"), (reach, "before and after")):
             terms = _neighbours(-reach, last, rows.period_s)
             out.append(plain(f"places that hold {reach} frames {word}", *terms))
@@ -285,7 +290,12 @@ def candidates_near_the_wall(rows: CornerRows) -> list[Candidate]:
 
 def find_blow_law(series: Series, rng: np.random.Generator) -> LawFound | None:
     """What every place holds of the frames beside it; None where chance would find as much."""
-    rows = corner_rows(series)
+    few, many = REACHES
+    far = corner_rows(series, many)
+    law = None if far is None else _found(far, blow_candidates, series, rng)
+    if law is not None and reach_of(law.rig_law.terms, series.period_s) > few:
+        return law
+    rows = corner_rows(series, few)
     if rows is None:
         return None
     everywhere, near = (_found(rows, asked, series, rng) for asked in (blow_candidates, candidates_near_the_wall))
@@ -294,6 +304,11 @@ def find_blow_law(series: Series, rng: np.random.Generator) -> LawFound | None:
     # Half of a lag passes for one near the wall as long as its law is not linear: the simpler where both say as much.
     more = float(np.sum(everywhere.after) - np.sum(near.after)) * len(rows.problem.residual)
     return near if more > AS_GOOD else everywhere
+
+
+def reach_of(terms: Sequence[Term], period_s: float) -> int:
+    """Frames to the farthest of which places hold something."""
+    return max(round(abs(term.x) / period_s) for term in terms)
 
 
 def _found(
@@ -319,12 +334,13 @@ def without_neighbours(series: Series, terms: Sequence[Term]) -> Series:
     and their pixels alike; `InputError` where there are no markers."""
 
     ahead_s = np.array([term.x for term in terms])
+    reach = max(REACHES[0], reach_of(terms, series.period_s))
 
     def ways(run: Run) -> Iterator[tuple[str, Way]]:
         data = run.data
         size = size_of(terms, known_frames(data.time_s, data, run.flights))
         pose = seen_poses(run, series.motions[data.number])
-        yield from moved("nes", size, partial(_sharp, run, pose), data)
+        yield from moved("nes", size, partial(_sharp, run, pose, reach), data)
         # What goes with the disk's gap is nothing of the Host.
         yield from moved("host", size * [not term.factors for term in terms], partial(_of_host, data), data)
 
@@ -352,9 +368,9 @@ def _of_host(data: RunData, time_s: Array) -> Array:
     return np.asarray(data.host.at(time_s)[:, [0, 1, 3]], float)
 
 
-def _sharp(run: Run, pose: Array, time_s: Array) -> Array:
-    """Pose (N, 3) of the disk at times (N,; s), ``pose`` in the frames: about blows as the two ways have it, which no
-    frame beside blurs; NaN before and after all that was seen."""
+def _sharp(run: Run, pose: Array, reach: int, time_s: Array) -> Array:
+    """Pose (N, 3) of the disk at times (N,; s), ``pose`` in the frames: up to ``reach`` frames about blows as the two
+    ways have it, which no frame beside blurs; NaN before and after all that was seen."""
     data = run.data
     seen = np.isfinite(pose).all(1)
     if not seen.any():
@@ -363,7 +379,7 @@ def _sharp(run: Run, pose: Array, time_s: Array) -> Array:
     out = np.column_stack([np.interp(time_s, at, column[seen]) for column in pose.T])
     out[(time_s < at[0]) | (time_s > at[-1])] = np.nan
     frames = np.interp(time_s, data.time_s, np.arange(len(data.time_s)))
-    for corner in corners_of(run, pose):
+    for corner in corners_of(run, pose, reach):
         own = (frames >= corner.frames[0]) & (frames <= corner.frames[-1])
         out[own] = corner.way(frames[own])
     return out
