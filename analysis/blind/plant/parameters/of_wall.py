@@ -241,9 +241,7 @@ class WallParameters:
     sector_half_rad: float = 0.9  # ... and whose ends are this far from it
     glued: float = 0.0  # wall friction more and less once around the disk's rim
     glued_rad: float = 0.0
-    bared: float = (
-        0.0  # wall friction more by this share where the rim was struck the last time, less at its other side
-    )
+    bared: float = 0.0  # wall friction more by this share where the rim was struck last, less at its other side
     ground: float = 0.0  # wall friction less by this share where one place of the disk's rim strikes
     ground_rad: float = 0.0
     worn_ends: float = 0.0  # wall friction less by this share at both ends of x, more between them

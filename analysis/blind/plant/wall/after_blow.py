@@ -36,9 +36,7 @@ from analysis.blind.plant.wall.motion import swing, tiredness
 from analysis.blind.plant.wall.restitution import struck_sector
 
 TOUCH_M_PER_S = 0.3  # approach of an impact that is a mere touch: of a disk that comes to rest at the wall
-KNEADING_M_PER_S = (
-    0.7  # approach of a blow that clay or a soft rim yields to: a disk that hops round the wall is slower
-)
+KNEADING_M_PER_S = 0.7  # approach from which clay or a soft rim yields: a disk that hops round the wall is slower
 LEANING_PARTS = 8  # in which the floor takes its share of one blow: its friction turns with the slip
 
 
