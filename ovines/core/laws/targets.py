@@ -11,9 +11,8 @@ class Target:
     """What a term acts on: ``unit`` of what it adds, LaTeX of the direction or the quantity, what a place or angle of
     its own means (none, "angle", "axis" of a mirror, "body": angle seen from the disk, "room" or "host" place,
     "wind": a velocity in the room, "time" to another frame, number of a "camera", with the axis of a mirror
-    ("camera_axis") or a direction
-    ("camera_angle") in its picture, number of a "marker" and its direction in the room, or seen from the disk:
-    "body_marker"), and the stage."""
+    ("camera_axis") or a direction ("camera_angle") in its picture, number of a "marker" and its direction in the room,
+    or seen from the disk: "body_marker"), and the stage."""
 
     code: int
     unit: str

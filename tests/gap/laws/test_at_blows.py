@@ -7,12 +7,14 @@ no blind result."""
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from analysis.gap.cause import BESIDE
-from analysis.gap.laws.frames.bodies.at_blows import REACHES, corner_rows, find_blow_law, off_by
+from analysis.gap.laws.frames.bodies.at_blows import corner_rows, find_blow_law, off_by
+from analysis.gap.laws.frames.bodies.sharpened import REACHES
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.page.figures.at_blows import blow_figure
 from analysis.gap.series import with_points
@@ -36,17 +38,19 @@ def shares(law, series):
 def mixed(points, weights):
     """Points whose places hold ``weights`` of the frames beside them, by how many frames after."""
     out = points.copy()
-    for _, own in points.groupby("marker", sort=False):
+    for marker, own in points.groupby("marker", sort=False):
         own = own.set_index("frame")[["x_m", "y_m"]]
         every = own.reindex(np.arange(own.index[0], own.index[-1] + 1))
         moved = sum((share * (every.shift(-k) - every) for k, share in weights.items()), 0 * every).fillna(0.0)
-        here = points["marker"].eq(points["marker"].loc[_first(points, _)]).to_numpy()
-        out.loc[here, ["x_m", "y_m"]] += moved.loc[own.index].to_numpy()
+        out.loc[(points["marker"] == marker).to_numpy(), ["x_m", "y_m"]] += moved.loc[own.index].to_numpy()
     return out
 
 
-def _first(points, marker):
-    return points.index[(points["marker"] == marker).to_numpy()][0]
+def smoothed(loaded, weights):
+    """A series without effect whose points hold ``weights`` of the frames beside them."""
+    _, series = loaded("none", 1.0, 8, "white", 3)
+    series = replace(series, tracks=None)
+    return with_points(series, [mixed(points, weights) for points in series.points])
 
 
 def test_tracks_that_were_smoothed_hold_a_share_of_each_frame_of_the_mean(loaded):
@@ -77,9 +81,7 @@ def test_tracks_that_were_smoothed_hold_a_share_of_each_frame_of_the_mean(loaded
 )
 def test_what_a_place_holds_comes_back_whatever_it_is(loaded, weights, what):
     """And without the law there is none left."""
-    _, series = loaded("none", 1.0, 8, "white", 3)
-    series = replace(series, tracks=None)
-    series = with_points(series, [mixed(points, weights) for points in series.points])
+    series = smoothed(loaded, weights)
     law = find_blow_law(series, RNG(0))
     assert law is not None, what
     found = shares(law, series)
@@ -89,6 +91,22 @@ def test_what_a_place_holds_comes_back_whatever_it_is(loaded, weights, what):
     assert law.closed > 0.8
     again = find_blow_law(without_frame_laws(series, [law.law]), RNG(0))
     assert again is None or again.size < 0.2 * law.size
+
+
+def test_it_matters_not_where_the_rig_stands_and_when(loaded):
+    """Turned and moved in the room, a day later and with the markers' rows in another order."""
+    series = smoothed(loaded, {-1: 0.1, 1: 0.1})
+    turn, day_s = np.array([[0.6, -0.8], [0.8, 0.6]]), 86400.0
+
+    def moved(points):
+        out = points.sample(frac=1.0, random_state=0).sort_values("frame", kind="stable", ignore_index=True)
+        out[["x_m", "y_m"]] = out[["x_m", "y_m"]].to_numpy() @ turn.T + [0.3, -0.2]
+        return out.assign(time_s=out["time_s"] + day_s)
+
+    here = find_blow_law(series, RNG(0))
+    there = find_blow_law(with_points(series, [moved(points) for points in series.points]), RNG(0))
+    assert shares(there, series) == pytest.approx(shares(here, series), rel=1e-3)
+    assert there.size == pytest.approx(here.size, rel=1e-3)
 
 
 def test_a_tracker_that_guesses_near_the_wall_goes_on_from_two_frames(loaded):
@@ -146,6 +164,7 @@ def test_no_blow_that_tells_and_no_markers(loaded):
     one = series.runs[0]
     short = replace(series, runs=(replace(one, flights=one.flights[:1]),))
     assert corner_rows(short, REACHES[0]) is None and find_blow_law(short, RNG(0)) is None
+    assert blow_figure(short, SimpleNamespace(rig_law=law)) is None
 
 
 def test_a_long_formula_stands_in_lines():

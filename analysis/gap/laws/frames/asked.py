@@ -185,8 +185,7 @@ def seen_disk_law(
         return (), ladder
     if force_gain(ladder.series.runs, ladder.flights.named, rng) > MOST_BY_A_FORCE * seen_gain:
         return (), ladder
-    one = structure_of_law(law, "measurement", "x", law.size, least_m)
-    structure = replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: the disk is seen beside where it is")
+    structure = _told(law, least_m, "{}: the disk is seen beside where it is")
     # A shape of the wall that shows only once the picture is moved is what the law, read off flights, misses there.
     named = {cause.effect for cause in ladder.causes}
     causes = tuple(c for c in again.causes if c.stage != "geometry" or c.effect in named)
@@ -207,31 +206,33 @@ def _found(ladder: Ladder) -> int:
 
 def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
-    one = structure_of_law(law, "measurement", "x", law.size, least_delay_s(ladder.series))
-    return replace(one, phase="all", unit="s", goes_with=f"{one.goes_with}: the delay of a camera changes")
+    return _told(law, least_delay_s(ladder.series), "{}: the delay of a camera changes", "s")
 
 
 def _marker_structure(law: LawFound) -> Structure:
     """What a law of a marker leaves that no mean over a part of the runs has shown."""
-    one = structure_of_law(law, "measurement", "x", law.size, LOOSE_M)
-    return replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: a marker moves on its body")
+    return _told(law, LOOSE_M, "{}: a marker moves on its body")
 
 
 def _way_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of every marker along its own way leaves, which no probe tells."""
-    one = structure_of_law(law, "measurement", "x", law.size, _still_m(ladder))
     follows = ", by a length that follows its speed" if law.law.terms[0].factors else ""
-    return replace(one, phase="all", unit="m", goes_with=f"{OWN_WAY}{follows}")
+    return _told(law, _still_m(ladder), f"{OWN_WAY}{follows}")
 
 
 def _blow_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of the frames beside each leaves, which no probe tells."""
-    one = structure_of_law(law, "measurement", "x", law.size, _still_m(ladder))
     when = "before" if all(term.x < 0 for term in law.law.terms) else "before and after"
-    return replace(one, phase="all", unit="m", goes_with=f"{BESIDE}: at a blow, places hold a share of those {when}")
+    return _told(law, _still_m(ladder), f"{BESIDE}: at a blow, places hold a share of those {when}")
 
 
 def _card_structure(law: LawFound) -> Structure:
     """What a law of the card leaves, which no probe tells."""
-    one = structure_of_law(law, "measurement", "x", law.size, LOOSE_M)
-    return replace(one, phase="all", unit="m", goes_with=f"{one.goes_with}: the markers' card moves on the NES")
+    return _told(law, LOOSE_M, "{}: the markers' card moves on the NES")
+
+
+def _told(law: LawFound, least: float, words: str, unit: str = "m") -> Structure:
+    """What a law of the measurement leaves in all frames, in ``words`` with what its first term follows in them; by
+    less than ``least`` (in ``unit``) it counts as nothing."""
+    one = structure_of_law(law, "measurement", "x", law.size, least)
+    return replace(one, phase="all", unit=unit, goes_with=words.format(one.goes_with))

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from analysis.flights.cutting.runs import Run
-from analysis.gap.laws.frames.bodies.at_blows import without_neighbours
 from analysis.gap.laws.frames.bodies.card import without_card
 from analysis.gap.laws.frames.bodies.markers import BODIES, without_markers
 from analysis.gap.laws.frames.bodies.own_way import without_way
 from analysis.gap.laws.frames.bodies.seen_disk import without_seen_disk
+from analysis.gap.laws.frames.bodies.sharpened import without_neighbours
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import key_of, size_of
 from analysis.gap.series import Series, with_times, with_tracks

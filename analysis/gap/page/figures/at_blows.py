@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from analysis.figures.style import BLACK, GREY, RED, label, legend, new_figure
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.bodies.at_blows import REACHES, corner_rows, reach_of, seen_off
+from analysis.gap.laws.frames.bodies.at_blows import corner_rows, seen_off
+from analysis.gap.laws.frames.bodies.sharpened import frames_about
 from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.series import Series
 
@@ -23,9 +24,9 @@ MS, US = 1e3, 1e6
 
 def blow_figure(series: Series, law: LawFound) -> Figure | None:
     """How far frames about blows are seen along the change of velocity, over that change, by the time from the blow;
-    and the ``law``."""
+    and the ``law``.  None where too few frames lie there."""
     terms = law.rig_law.terms
-    reach = max(REACHES[0], reach_of(terms, series.period_s))
+    reach = frames_about(terms, series.period_s)
     rows = corner_rows(series, reach)
     if rows is None:
         return None
@@ -42,6 +43,9 @@ def blow_figure(series: Series, law: LawFound) -> Figure | None:
             continue
         information = float(np.sum(jump[own] ** 2))
         told.append((np.mean(rows.after[own]), np.sum(jump[own] * left[own]) / information, 1 / np.sqrt(information)))
+    at_blow = rows.known[np.abs(rows.after) < 1.0]
+    if not told or not len(at_blow):
+        return None
     at, off_s, sd_s = np.array(told).T
     figure, axes = new_figure(margins_in=(0.85, 0.12, 0.46, 0.36))
     ax = axes[0, 0]
@@ -49,7 +53,7 @@ def blow_figure(series: Series, law: LawFound) -> Figure | None:
     ax.errorbar(MS * series.period_s * at, US * off_s, US * sd_s, fmt="o", ms=3.5, lw=1, color=RED, label="seen")
     fine = np.linspace(edges[0], edges[-1], 20 * len(edges))
     # Shares that follow the gap: as they are at the blow.
-    shares = np.tile(size_of(terms, rows.known[np.abs(rows.after) < 1.0]).mean(0), (len(fine), 1))
+    shares = np.tile(size_of(terms, at_blow).mean(0), (len(fine), 1))
     by_law = seen_off(fine, shares, [term.x / series.period_s for term in terms])
     ax.plot(MS * series.period_s * fine, US * series.period_s * by_law, color=BLACK, lw=1.2, label="the law")
     label(ax, "time from the blow [ms]", "off along the change of velocity\n[µm per m/s of it]", math=False)

@@ -6,28 +6,23 @@ Between two straight ways that meet, the ways tell where each frame should be.""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.flights.cutting.run_data import RunData
-from analysis.flights.cutting.runs import Run
 from analysis.gap.laws.choice.search import AS_GOOD, find_law
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import SCALE_STEP, plain
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back, at_frames
+from analysis.gap.laws.frames.bodies.corners import corners_of, seen_poses
+from analysis.gap.laws.frames.bodies.sharpened import REACHES, reach_of
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.laws.linear_law import told_law
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.measurement.loose_markers import angle_at
 from analysis.gap.series import Series
 from analysis.statistics.robust import least_squares
 from ovines.core.laws import words as W
@@ -35,52 +30,9 @@ from ovines.core.laws.terms import Factor, Term
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
-#: frames to either side of one that a place may hold something of: few, which short flights tell, too, and many
-REACHES = 3, 6
-# Each way is a parabola (a flight's friction bends it) through so many frames, no nearer to the blow than it reaches;
-# fewer do not tell its slope there.
-OF_WAY, FEWEST, DEGREE = 9, 6, 2
-# Two ways meet within so many frames of those that part the flights.
-MEET = 1.5
-# Rounds in which it is found when.
-MEETINGS = 3
 # Rounds in which a law is found, each linear about what the one before has found: what is not alike before and after
 # makes all late, by the square of its shares.
 ROUNDS = 3
-
-
-class Straight(NamedTuple):
-    """A way as polynomials of x, y and angle (DEGREE + 1, 3) over frames, and what they make of a power more (DEGREE +
-    1, 1)."""
-
-    pose: Array
-    power: Array
-
-
-class Corner(NamedTuple):
-    """A blow: the ``frames`` (K,) about it, how many frames ``after`` it (K,) each of them is, the ways ``before`` and
-    ``behind`` it over the frames from frame ``origin`` on, and what the velocity changes by (2,; m per frame)."""
-
-    frames: NDArray[np.int64]
-    after: Array
-    before: Straight
-    behind: Straight
-    origin: int
-    jump_m: Array
-
-    def way(self, frames: Array) -> Array:
-        """Pose (K, 3; m, rad) at ``frames`` (K,), whole or not, by the way that each is on."""
-        time = frames - self.origin
-        before, behind = _at(self.before.pose, time), _at(self.behind.pose, time)
-        blow = self.frames[0] - self.origin - self.after[0]
-        return np.where(time[:, None] < blow, before, behind)
-
-    def bends(self) -> Array:
-        """How far (K, 2) a power more takes the way before the blow, and that behind it, away from what is fitted to
-        it."""
-        time = (self.frames - self.origin).astype(float)
-        away = [time ** (DEGREE + 1) - _at(way.power, time)[:, 0] for way in (self.before, self.behind)]
-        return np.column_stack([away[0] * (self.after < 0), away[1] * (self.after >= 0)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,65 +98,6 @@ def off_by(after: Array, ahead: float, shares: Array | None = None, others: Sequ
     for share, frames in zip(held.T, others, strict=True):
         begun = begun + share * (true + frames > 0)
     return np.asarray(np.maximum(true + ahead, 0.0) - np.maximum(true, 0.0) - ahead * begun, float)
-
-
-def _at(polynomial: Array, time: Array) -> Array:
-    return np.asarray(np.vander(time, DEGREE + 1) @ polynomial, float)
-
-
-def seen_poses(run: Run, motion: pd.DataFrame) -> Array:
-    """Pose (N, 3; m, rad) of the disk in the frames of a run, by its ``motion``: those about blows, too, that flights
-    leave out; NaN where it was not seen."""
-    return np.column_stack([motion[["nes_x_m", "nes_y_m"]].to_numpy(float), angle_at(run.data)])
-
-
-def corners_of(run: Run, pose: Array, reach: int) -> list[Corner]:
-    """Blows of a run between two flights that are long enough to tell where they would meet, by frames that hold
-    nothing of what is more than ``reach`` frames away."""
-    seen = np.asarray(np.isfinite(pose).all(1), bool)
-    found = []
-    for one, other in zip(run.flights[:-1], run.flights[1:], strict=True):
-        # What cuts a corner may pass for a contact that lasts: flights are not always joined.
-        if one.goes_on or other.first - one.last > 2 * reach:
-            continue
-        first = max(one.first + reach, one.last - reach - OF_WAY)
-        last = min(other.last - reach, other.first + reach + OF_WAY)
-        before = _fitted(pose, seen, np.arange(first + 1, one.last - reach), one.last)
-        behind = _fitted(pose, seen, np.arange(other.first + reach + 1, last), one.last)
-        near = np.arange(max(one.last - reach, 0), min(other.first + reach + 1, len(pose)))
-        if before is None or behind is None:
-            continue
-        corner = _met(before, behind, one.last, other.first, near)
-        if corner is not None:
-            found.append(corner)
-    return found
-
-
-def _fitted(pose: Array, seen: NDArray[np.bool_], frames: NDArray[np.int64], origin: int) -> Straight | None:
-    """The way in ``frames`` as far as they were ``seen``; None where too few were."""
-    frames = frames[seen[frames]]
-    if len(frames) < FEWEST:
-        return None
-    time = (frames - origin).astype(float)
-    seen_there = np.column_stack([pose[frames], time ** (DEGREE + 1)])
-    fitted = np.asarray(np.linalg.lstsq(np.vander(time, DEGREE + 1), seen_there, rcond=None)[0], float)
-    return Straight(fitted[:, :3], fitted[:, 3:])
-
-
-def _met(before: Straight, behind: Straight, last: int, first: int, near: NDArray[np.int64]) -> Corner | None:
-    """The blow where two ways come nearest along what the velocity changes by, from frame ``last`` of one to ``first``
-    of the other; None where they do not."""
-    apart, middle = np.asarray(behind.pose - before.pose, float)[:, :2], 0.5 * (first - last)
-    time, slope = middle, apart[1]
-    for _ in range(MEETINGS):
-        slope = np.asarray(2 * time * apart[0] + apart[1], float)
-        square = float(slope @ slope)
-        if square == 0:
-            return None
-        time -= float(_at(apart, np.array([time]))[0] @ slope) / square
-    if abs(time - middle) > middle + MEET:
-        return None
-    return Corner(near, np.asarray(near - last - time, float), before, behind, last, slope)
 
 
 def corner_rows(series: Series, reach: int) -> CornerRows | None:
@@ -306,11 +199,6 @@ def find_blow_law(series: Series, rng: np.random.Generator) -> LawFound | None:
     return near if more > AS_GOOD else everywhere
 
 
-def reach_of(terms: Sequence[Term], period_s: float) -> int:
-    """Frames to the farthest of which places hold something."""
-    return max(round(abs(term.x) / period_s) for term in terms)
-
-
 def _found(
     first: CornerRows,
     asked: Callable[[CornerRows], list[Candidate]],
@@ -327,59 +215,3 @@ def _found(
         law = told_law(rows, found, p, series.frame)
         rows = first.about(terms)
     return replace(law, size=float(np.sqrt(np.mean(first.off_m(terms) ** 2))), evidence=None)
-
-
-def without_neighbours(series: Series, terms: Sequence[Term]) -> Series:
-    """``series`` with the points of Host and NES back from what ``terms`` say that they hold of the frames beside them,
-    and their pixels alike; `InputError` where there are no markers."""
-
-    ahead_s = np.array([term.x for term in terms])
-    reach = max(REACHES[0], reach_of(terms, series.period_s))
-
-    def ways(run: Run) -> Iterator[tuple[str, Way]]:
-        data = run.data
-        size = size_of(terms, known_frames(data.time_s, data, run.flights))
-        pose = seen_poses(run, series.motions[data.number])
-        yield from moved("nes", size, partial(_sharp, run, pose, reach), data)
-        # What goes with the disk's gap is nothing of the Host.
-        yield from moved("host", size * [not term.factors for term in terms], partial(_of_host, data), data)
-
-    def moved(body: str, shares: Array, path: Way, data: RunData) -> Iterator[tuple[str, Way]]:
-        assert series.layouts is not None
-        # Of each frame and those beside it, as late as what places hold makes what is seen.
-        true_s = data.time_s - shares @ ahead_s
-        poses = [path(true_s + later_s) for later_s in (0.0, *ahead_s)]
-        for marker, place in zip(series.recordings[0].bodies[body].markers, series.layouts[body], strict=True):
-            here, *beside = (_of_marker(pose, place) for pose in poses)
-            steps_m = np.stack([there - here for there in beside], 1)
-            yield marker, partial(at_frames, np.nan_to_num(np.sum(shares[:, :, None] * steps_m, 1)), data)
-
-    return all_moved_back(series, "a law of every marker", ways)
-
-
-def _of_marker(pose: Array, place: Array) -> Array:
-    """Places (N, 2; m) of a marker that stands at ``place`` on a body whose ``pose`` (N, 3) is given."""
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    return np.asarray(pose[:, :2] + np.column_stack([c * place[0] - s * place[1], s * place[0] + c * place[1]]), float)
-
-
-def _of_host(data: RunData, time_s: Array) -> Array:
-    """Pose (N, 3) of the Host at times."""
-    return np.asarray(data.host.at(time_s)[:, [0, 1, 3]], float)
-
-
-def _sharp(run: Run, pose: Array, reach: int, time_s: Array) -> Array:
-    """Pose (N, 3) of the disk at times (N,; s), ``pose`` in the frames: up to ``reach`` frames about blows as the two
-    ways have it, which no frame beside blurs; NaN before and after all that was seen."""
-    data = run.data
-    seen = np.isfinite(pose).all(1)
-    if not seen.any():
-        return np.full((len(time_s), 3), np.nan)
-    at = data.time_s[seen]
-    out = np.column_stack([np.interp(time_s, at, column[seen]) for column in pose.T])
-    out[(time_s < at[0]) | (time_s > at[-1])] = np.nan
-    frames = np.interp(time_s, data.time_s, np.arange(len(data.time_s)))
-    for corner in corners_of(run, pose, reach):
-        own = (frames >= corner.frames[0]) & (frames <= corner.frames[-1])
-        out[own] = corner.way(frames[own])
-    return out
