@@ -21,7 +21,7 @@ from analysis.gap.next_test.choice import NextTests, next_tests
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.detectable import Entry, detectable_sizes
 from analysis.gap.prediction.held_out_errors import held_out_errors
-from analysis.gap.prediction.how_far import how_far, shows_in
+from analysis.gap.prediction.how_far import HowFar, how_far, shows_in
 from analysis.gap.prediction.power import share_seen
 from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.series import Series
@@ -38,14 +38,15 @@ LEAST_SHARE = 0.01
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """``summary`` is diagnosis.json; ``predictions`` the table; ``ladder`` and ``errors`` what the figures
-    show, ``estimates`` of all parameters, ``laws`` the formulas written for what is left, ``actions`` what to do next,
-    one test each."""
+    show, ``estimates`` of all parameters, ``far`` the squared errors that the shrinkage is a share of, ``laws`` the
+    formulas written for what is left, ``actions`` what to do next, one test each."""
 
     summary: dict[str, Any]
     predictions: pd.DataFrame
     ladder: Ladder
     errors: dict[str, predict.Errors | None]
     estimates: Estimates
+    far: HowFar
     laws: tuple[LawFound, ...] = ()
     actions: tuple[str, ...] = ()
 
@@ -53,15 +54,15 @@ class Diagnosis:
 @dataclass(frozen=True, eq=False)
 class _Judged:
     """What a ladder comes to beside its laws: ``causes`` with their sizes, ``estimates`` of all parameters, held-out
-    ``errors`` and ``predictions``, the ``gap``'s entry and its ``excess`` by stage, the next ``tests``, ``detectable``
-    sizes, and the shares of what is unlisted that would have been ``seen``."""
+    ``errors`` and ``predictions``, how ``far`` the gap shrinks and the ``gap``'s entry, the next ``tests``,
+    ``detectable`` sizes, and the shares of what is unlisted that would have been ``seen``."""
 
     causes: tuple[Cause, ...]
     estimates: Estimates
     errors: dict[str, predict.Errors | None]
     predictions: pd.DataFrame
+    far: HowFar
     gap: dict[str, Any]
-    excess: dict[str, float]
     tests: NextTests | None
     detectable: dict[str, Entry]
     seen: dict[str, float]
@@ -97,7 +98,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
             c.effect: {n: _interval(v) for n, v in series.frame.world_parameters(c.effect, c.parameters).items()}
             for c in causes
         },
-        "where": _where(ladder, judged.excess),
+        "where": _where(ladder, judged.far.excess()),
         "gap": gap,
         "detectable": judged.detectable,
         "next_test": " ".join(actions),
@@ -106,7 +107,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "nominal": estimates.nominal(series.recordings[0].model),
         "time": time_shares(ladder),
     }
-    return Diagnosis(summary, judged.predictions, ladder, errors, estimates, laws, actions)
+    return Diagnosis(summary, judged.predictions, ladder, errors, estimates, judged.far, laws, actions)
 
 
 def _judged(ladder: Ladder, laws: Sequence[LawFound], chance: np.random.Generator) -> _Judged:
@@ -119,8 +120,8 @@ def _judged(ladder: Ladder, laws: Sequence[LawFound], chance: np.random.Generato
         estimates,
         errors,
         table,
+        found,
         found.entry(chance),
-        found.excess(),
         next_tests(ladder, ladder.causes),
         detectable_sizes(ladder),
         share_seen(ladder, chance),

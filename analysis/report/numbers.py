@@ -84,11 +84,12 @@ def interval(low: float | None, high: float | None, unit: str = "") -> str:
 
 
 def percent(fraction: float | None) -> str:
-    """A share in percent: one decimal where it is close to 0 or 100, and never 100 % for what is not all."""
+    """A share in percent: one decimal where it is close to 0 or 100, and never 100 % for what is not all.  Less than
+    nothing and more than all are told as they are."""
     if fraction is None or not isfinite(fraction):
         return MISSING
-    if fraction in (0.0, 1.0):
-        return f"{fraction:.0%}".replace("%", " %")
+    if not 0.0 < fraction < 1.0:
+        return f"{_signed(100 * fraction, 0)} %"
     per_cent = min(max(100 * fraction, 0.1), 99.9)
     return f"{per_cent:.{1 if per_cent < 10 or per_cent > 90 else 0}f} %"
 

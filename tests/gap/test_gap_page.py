@@ -19,10 +19,13 @@ from analysis.gap.page.figures.panels import binned
 from analysis.gap.page.figures.paths import chosen_flight, flight_errors, in_host, paths_of
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.laws import _plain_symbol
-from analysis.gap.page.words import parameter_words, shown, shown_interval
+from analysis.gap.page.tables import stage_rows
+from analysis.gap.page.words import STAGES, parameter_words, shown, shown_interval
+from analysis.gap.prediction.how_far import HowFar
 from analysis.gap.selection.centres import centre_offsets, is_effect
 from analysis.gap.selection.flights.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
+from analysis.report.numbers import percent
 from ovines.core.effects import EFFECTS
 from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.words import QUANTITIES
@@ -59,6 +62,44 @@ def test_first_screen_names_the_effect_its_size_and_what_to_do(page):
     assert any("mrad" in d for d in cause.details)
     assert "--write-model" in page.actions[0]
     assert "standard deviations" in page.actions[1] and page.actions[1].endswith(EFFECTS["table_tilt"].words.by_hand)
+
+
+def rows_under(page, first: str) -> tuple[tuple[str, ...], ...]:
+    """Rows of the table whose first column is called ``first``."""
+    return next(b.rows for s in page.sections for b in s.blocks if b.columns[:1] == (first,))
+
+
+def test_the_share_on_the_first_screen_is_that_of_the_table(page):
+    *stages, whole = rows_under(page, "where")
+    parts = [float(row[-1].removesuffix(" %")) for row in stages]
+    assert page.cards[1].answer.startswith(f"By {whole[-1]} (")
+    assert sum(parts) == pytest.approx(float(whole[-1].removesuffix(" %")), abs=0.6 * len(parts))
+
+
+@pytest.mark.parametrize("stage", ["impact", "geometry", "measurement", "drive"])
+def test_an_effect_of_any_stage_shows_in_the_table_as_in_the_share(stage):
+    def sums(flight: float, own: float) -> dict[str, np.ndarray]:
+        return {"flight": np.full(3, flight), stage: np.full(3, own)}
+
+    far = HowFar(sums(30.0, 90.0), sums(30.0, 30.0), sums(10.0, 10.0), {"cause": np.full(3, 60.0)})
+    share = far.entry(np.random.default_rng(0))["shrinkage"]
+    flight, own, whole = stage_rows(far, share)
+    assert share == pytest.approx(60 / 100)
+    assert flight == (STAGES["flight"], "90.0", "90.0", "30.0", "0 %")
+    assert own == (STAGES[stage], "270", "90.0", "30.0", "60 %")
+    assert whole == ("in all", "360", "180", "60.0", "60 %")
+
+
+def test_a_model_that_is_worse_shrinks_by_less_than_nothing():
+    """A share is told as it is, below nothing and above all."""
+    far = HowFar(
+        {"flight": np.full(3, 20.0)},
+        {"flight": np.full(3, 29.0)},
+        {"flight": np.full(3, 10.0)},
+        {"x": np.full(3, -9.0)},
+    )
+    share = far.entry(np.random.default_rng(0))["shrinkage"]
+    assert [row[-1] for row in stage_rows(far, share)] == ["−90 %", "−90 %"] and percent(1.2) == "120 %"
 
 
 def test_every_figure_is_there_and_the_page_is_light(page):

@@ -22,6 +22,7 @@ from analysis.gap.page.tables import (
     measurement_rows,
     nominal_rows,
     parameter_rows,
+    stage_rows,
     time_rows,
     where_rows,
 )
@@ -86,6 +87,16 @@ def _ladder_section(page: Page, diagnosis: Diagnosis) -> None:
         "Bars of prediction error at each step of the ladder",
     )
     section.add_table(("step", "flight", "impact", "spin"), gap_rows(diagnosis.summary["gap"], leave_out))
+    if diagnosis.summary["effects"]:
+        section.add_text(
+            "What the share on the first screen is made of: squared errors in units of the noise, added up over all "
+            "runs, and the part of all that lies above the floor which each stage closes. Beside flights and impacts "
+            "it counts where the disk met the wall, the Host's path, and what tells a fault of the measurement."
+        )
+        section.add_table(
+            ("where", "recalibrated", "with all named", "floor", "closed"),
+            stage_rows(diagnosis.far, diagnosis.summary["gap"]["shrinkage"]),
+        )
     gap = diagnosis.summary["gap"]
     if gap.get("as_given") is None:
         section.add_missing(
@@ -110,17 +121,26 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
     section.add_text(
         "What each candidate gains on runs that its estimate never saw. A real effect gains on most runs; a chance "
         "one on few. "
-        "Named effects are judged on the recalibrated model, probes (structure without a name) on what is left after "
-        "the accepted effects."
+        "Each is judged beside everything else that was accepted, effects with a name and probes (structure without "
+        "one) alike: an accepted one by what is lost without it, any other by what it would add."
         + (" With a single run nothing is held out: these gains are of the same data." if single else "")
     )
     found = {c.effect for c in ladder.causes}
     structure = {s.goes_with for s in ladder.structure}
+    kept = {g.term.name: g for g in ladder.flights.kept}
+    beside = [*kept.values(), *(g for g in ladder.flights.left if g.term.name not in kept)]
     flights = [
-        Candidate(plain(g.term.name), True, g.per_run, g.term.name in found) for g in ladder.flights.gains if _tried(g)
+        Candidate(plain(g.term.name), True, g.per_run, g.term.name in found)
+        for g in beside
+        if g.term.named and _tried(g)
     ]
     probes = [
-        Candidate(g.term.name, False, g.per_run, g.term.name in structure) for g in ladder.flights.probes if _tried(g)
+        Candidate(g.term.name, False, g.per_run, g.term.name in structure)
+        for g in (
+            *(g for g in beside if not g.term.named),
+            *(g for g in ladder.flights.probes if g.term.name not in kept),
+        )
+        if _tried(g)
     ]
     runs = max(len(ladder.series.runs), 1)
     if flights or probes:
@@ -134,7 +154,7 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
             ),
             "Flights: gain per held-out run, mean (bar) and each run (dots). The dashed line is the least mean gain "
             "that is accepted (a fixed one, or what chance "
-            "reaches once in a hundred series without effect, if that is more); significance and size must also be "
+            "reaches once in four hundred series without effect, if that is more); significance and size must also be "
             "enough.",
             "Ranking of flight candidates",
         )

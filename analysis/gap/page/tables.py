@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from analysis.gap.ladder import Ladder
-from analysis.gap.page.words import RATIOS, parameter_words, plain, shown, shown_interval, unit_of
+from analysis.gap.page.words import RATIOS, STAGES, parameter_words, plain, shown, shown_interval, unit_of
+from analysis.gap.prediction.how_far import HowFar
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.report.numbers import MISSING, percent, value_with_sd, with_unit
 
@@ -139,6 +140,19 @@ def gap_rows(gap: dict[str, Any], leave_out: Sequence[str] = ()) -> list[Row]:
             )
         )
     return rows
+
+
+def stage_rows(far: HowFar, shrinkage: float) -> list[Row]:
+    """Squared error over the noise's variance of each stage in which there is one, recalibrated, with all named and at
+    the floor, and the part of all that is above the floor which it closes; they add up to the ``shrinkage``."""
+    stages = {stage: sums for stage, sums in far.by_stage().items() if max(sums[:2]) > 0}
+    above = sum(before - floor for before, _, floor in stages.values())
+    rows: list[Row] = []
+    for stage, (before, after, floor) in stages.items():
+        closed = percent((before - after) / above) if above > 0 else MISSING
+        rows.append((STAGES[stage], *(with_unit(one) for one in (before, after, floor)), closed))
+    total = (sum(sums) for sums in zip(*stages.values(), strict=True))
+    return [*rows, ("in all", *(with_unit(one) for one in total), percent(shrinkage))] if stages else rows
 
 
 def where_rows(where: Sequence[dict[str, Any]]) -> list[Row]:

@@ -58,12 +58,17 @@ class HowFar:
     floor: Mapping[str, Array]
     by_effect: Mapping[str, Array]
 
+    def by_stage(self) -> dict[str, tuple[float, float, float]]:
+        """Sums over all runs of the recalibrated model, with all named effects, and the floor: those that the
+        shrinkage is made of."""
+        return {
+            stage: (float(each.sum()), float(self.with_effects[stage].sum()), self._floor(stage, np.ones(len(each))))
+            for stage, each in self.recalibrated.items()
+        }
+
     def excess(self) -> dict[str, float]:
         """Excess of the recalibrated model over the floor, by stage."""
-        return {
-            stage: float(self.recalibrated[stage].sum() - self._floor(stage, np.ones(len(self.recalibrated[stage]))))
-            for stage in self.recalibrated
-        }
+        return {stage: before - floor for stage, (before, _, floor) in self.by_stage().items()}
 
     def _floor(self, stage: str, weight: Array) -> float:
         return float(min(weight @ one[stage] for one in (self.floor, self.with_effects, self.recalibrated)))

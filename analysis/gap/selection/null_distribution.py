@@ -2,7 +2,7 @@
 
 A parametric bootstrap.  Of the flights the scores are drawn with the covariance that their information gives, of the
 impacts the whitened residuals; every candidate and probe is then fitted and held out as in the ladder, and the best of
-them noted.  What the best reaches once in a hundred such series is the least a candidate must reach to be accepted.
+them noted.  What the best reaches once in four hundred such series is the least a candidate must reach to be accepted.
 What noise does not make (a lens residual, markers a little off) is not in it: that is what the fixed thresholds of
 :mod:`analysis.gap.cause` are for.
 """
@@ -99,7 +99,7 @@ def impact_null_distribution(data: LawData, base: Sequence[str], rng: np.random.
 
 
 def threshold(null_distribution: Array, fixed: float) -> float:
-    """The least gain that is accepted: ``fixed``, or what chance reaches once in a hundred series if that is more
+    """The least gain that is accepted: ``fixed``, or what chance reaches once in four hundred series if that is more
     (``null_distribution`` may be empty: nothing was fitted)."""
     return max(fixed, float(np.quantile(null_distribution, LEVEL))) if len(null_distribution) else fixed
 

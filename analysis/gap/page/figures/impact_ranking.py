@@ -32,9 +32,8 @@ CLIP = 25.0
 
 
 def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
-    """Gain of each effect (on the recalibrated model) or of each probe (on the final one) on runs held out of its
-    estimate.
-    """
+    """Gain of each effect or of each probe on runs held out of its estimate, beside everything else that was
+    accepted."""
     fitted = ladder.impacts.fitted if probes else ladder.impacts.nominal
     if fitted is None:
         return []
@@ -67,12 +66,23 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
             ("wall_ellipticity", "wall_lobes", "finite_contact_time"): (distance, [ellipse, _lobes(ladder), speed]),
         }
         return [
-            Candidate(name, True, gains, name in found)
-            for names, (data, columns) in blocks.items()
-            for name, gains in zip(names, _gains(*data, columns, d.run, runs), strict=True)
+            Candidate(
+                name,
+                True,
+                _gains(y, sd, _beside(name, base, names, columns, found), [own], d.run, runs)[0],
+                name in found,
+            )
+            for names, ((y, sd, base), columns) in blocks.items()
+            for name, own in zip(names, columns, strict=True)
             if name not in ("wall_ellipticity", "wall_lobes") or ellipse.shape[1]
         ]
     return _probe_candidates(ladder, fitted, {"restitution": restitution, "distance": distance})
+
+
+def _beside(name: str, base: Array, names: Sequence[str], columns: Sequence[Array], found: set[str]) -> Array:
+    """``base`` with the ``columns`` of all effects of ``names`` that were ``found``, but that of the one ``name``."""
+    others = [own for other, own in zip(names, columns, strict=True) if other in found and other != name]
+    return np.hstack([base, *others])
 
 
 def _lobes(ladder: Ladder) -> Array:
