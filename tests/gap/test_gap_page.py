@@ -21,7 +21,7 @@ from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.laws import _plain_symbol
 from analysis.gap.page.tables import stage_rows
 from analysis.gap.page.words import STAGES, parameter_words, shown, shown_interval
-from analysis.gap.prediction.how_far import HowFar
+from analysis.gap.prediction.how_far import HowFar, how_far
 from analysis.gap.selection.centres import centre_offsets, is_effect
 from analysis.gap.selection.flights.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
@@ -100,6 +100,21 @@ def test_a_model_that_is_worse_shrinks_by_less_than_nothing():
     )
     share = far.entry(np.random.default_rng(0))["shrinkage"]
     assert [row[-1] for row in stage_rows(far, share)] == ["−90 %", "−90 %"] and percent(1.2) == "120 %"
+
+
+def test_what_a_written_law_explains_is_no_noise(tilted):
+    """Where a law leaves a quarter of the impacts' error, the named effect has closed so much less of the gap."""
+    diagnosis, _ = tilted
+    ladder, errors, causes = diagnosis.ladder, diagnosis.errors, diagnosis.ladder.causes
+    alone, beside = (how_far(ladder, errors, causes, left) for left in (None, {"impact": 0.25}))
+    assert beside.floor["impact"] == pytest.approx(0.25 * alone.with_effects["impact"])
+    assert beside.floor["flight"] == pytest.approx(alone.floor["flight"])
+    left = 0.75 * alone.with_effects["impact"].sum()
+    closed, above = (
+        sum(values) for values in zip(*((b - a, b - f) for b, a, f in alone.by_stage().values()), strict=True)
+    )
+    share = beside.entry(np.random.default_rng(0))["shrinkage"]
+    assert share == pytest.approx(closed / (above + left), rel=1e-9)
 
 
 def test_every_figure_is_there_and_the_page_is_light(page):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from analysis.gap.diagnose import Diagnosis
@@ -144,6 +145,7 @@ def gap_card(page: Page, diagnosis: Diagnosis) -> None:
         shares = [f"{plain(e)} {percent(one['shrinkage'])}" for e, one in gap["by_effect"].items()]
         details = [
             *([f"Each one's part: {', '.join(shares)}."] if len(shares) > 1 else []),
+            *_by_laws(summary["laws"]),
             *_own_residual(diagnosis),
             *details,
             "Share of the squared error above the floor, in units of the noise, over flights, impacts, wall and "
@@ -155,10 +157,8 @@ def gap_card(page: Page, diagnosis: Diagnosis) -> None:
         laws = summary["laws"]
         if laws:
             parts = [
-                f"The law of the {one['stage']} closes {percent(one['shrinkage'])} "
-                f"({percent(one['shrinkage_low']).removesuffix(' %')} to {percent(one['shrinkage_high'])}) of the "
-                f"squared error above the floor there, on runs held out: {one['formula']}."
-                for one in laws
+                f"{closed.removesuffix('.')}: {one['formula']}."
+                for closed, one in zip(_by_laws(laws), laws, strict=True)
             ]
             answer = f"By {percent(laws[0]['shrinkage'])}, with a law written for it"
             page.add_card("How far does the gap shrink?", answer, "caution", [*parts, *details])
@@ -177,6 +177,16 @@ def gap_card(page: Page, diagnosis: Diagnosis) -> None:
         )
     else:
         page.add_card("How far does the gap shrink?", "Nothing left to shrink", "good", details)
+
+
+def _by_laws(laws: Sequence[dict[str, Any]]) -> list[str]:
+    """What each written law closes of its stage."""
+    return [
+        f"The law of the {one['stage']} closes {percent(one['shrinkage'])} "
+        f"({percent(one['shrinkage_low']).removesuffix(' %')} to {percent(one['shrinkage_high'])}) of the squared "
+        "error above the floor there, on runs held out."
+        for one in laws
+    ]
 
 
 def _above_floor(gap: dict[str, Any], quantity: str) -> bool:

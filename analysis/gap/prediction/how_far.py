@@ -3,7 +3,8 @@
 A model's error is the sum of its squared residuals over the noise's variance, in four stages: positions one flight
 ahead, velocities one impact ahead, distances at which the disk met the wall, and the residuals by which measurement
 effects are known (distance of the two views, heights, lengths, frequency).  Everything shared - floor, law, wall -
-comes from the other runs.  The floor is what no law can predict, and never above the best model.  Shrinkage is the
+comes from the other runs.  The floor is what no law can predict, and never above the best model,
+written laws among them.  Shrinkage is the
 share of the recalibrated model's excess over the floor that goes when effects are added, over all stages together,
 unclipped.
 """
@@ -43,6 +44,8 @@ WALL_TERMS_OF: dict[str, tuple[str, ...]] = {
 }
 #: ... and those that turn its normals
 SHAPES = ("wall_ellipticity", "wall_lobes")
+#: stages whose errors here are those that laws are asked of
+OF_LAWS = ("flight", "impact", "geometry")
 DRAWS = 400
 # Squared residuals over the variance count up to this: a wrong track is no gap.
 CUT = 1e4
@@ -114,8 +117,13 @@ def shows_in(one: Cause | Structure, stage: str) -> bool:
     return one.stage == stage
 
 
-def how_far(ladder: Ladder, errors: Errors4, causes: Sequence[Cause]) -> HowFar:
-    """Errors of the recalibrated model and with ``causes``, by stage and run."""
+def how_far(
+    ladder: Ladder, errors: Errors4, causes: Sequence[Cause], left_by_laws: Mapping[str, float] | None = None
+) -> HowFar:
+    """Errors of the recalibrated model and with ``causes``, by stage and run.
+
+    ``left_by_laws``: stage -> share of its squared error beside the causes that written laws leave on runs held out.
+    No floor is above that: what a law predicts is no noise."""
     n = len(ladder.series.runs)
     steps: dict[str, dict[str, Array]] = {"recalibrated": {}, "with_effect": {}, "noise_floor": {}}
     by_effect: dict[str, Array] = {}
@@ -141,6 +149,10 @@ def how_far(ladder: Ladder, errors: Errors4, causes: Sequence[Cause]) -> HowFar:
         # Where nothing was found, what a freer law still gains is the floor's own bias, no gap.
         if not any(shows_in(one, stage) for one in told):
             steps["noise_floor"][stage] = recalibrated
+    for stage, share in (left_by_laws or {}).items():
+        if stage in OF_LAWS and stage in steps["with_effect"]:
+            with_law = share * steps["with_effect"][stage]
+            steps["noise_floor"][stage] = min(steps["noise_floor"][stage], with_law, key=lambda each: each.sum())
     return HowFar(steps["recalibrated"], steps["with_effect"], steps["noise_floor"], by_effect)
 
 
