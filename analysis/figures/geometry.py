@@ -10,8 +10,8 @@ from matplotlib.patches import Ellipse
 
 from analysis.contact.wall_sources import WallSource
 from analysis.figures.style import BLUE, GREEN, GREY, MM, RED, label, legend, length_scale, new_figure
+from analysis.statistics.student import NORMAL_90
 
-NORMAL_90 = 1.6449
 # Semi-axes of an ellipse that holds 90 % of a normal pair, in sd.
 PAIR_90 = 2.1460
 COLOURS = {"Host markers": RED, "image edges": GREEN, "impacts": BLUE, "recording.toml": GREY}

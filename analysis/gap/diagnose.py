@@ -27,10 +27,10 @@ from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.series import Series
 from analysis.gap.tests_by_hand import NONE_TEST, test_by_hand, unknown_test
 from analysis.gap.written_laws import write_laws
+from analysis.statistics.student import NORMAL_90
 from ovines.workers.beside import made_beside
 
 Array = NDArray[np.float64]
-NORMAL_90 = 1.645
 # Shares of the excess below this are not told.
 LEAST_SHARE = 0.01
 

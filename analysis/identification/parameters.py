@@ -12,13 +12,14 @@ from analysis.contact.law import fit_restitution, restitution_gain, sticks
 from analysis.contact.restitution import SPEED
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
-from analysis.identification.contact_law.interval import NORMAL_90, Interval, normal_interval, widened
+from analysis.identification.contact_law.interval import Interval, normal_interval, widened
 from analysis.identification.contact_law.intervals import restitution_interval, scatter_interval, tangential_intervals
 from analysis.identification.contact_law.restitution_rows import effect_sizes, few, rows_of, told_restitution
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
 from analysis.identification.lens_residual import restitution_sd
 from analysis.motion.rig_frame import RigFrame
 from analysis.statistics.correlation import slow_mean
+from analysis.statistics.student import NORMAL_90
 from analysis.walls.lobes import LOBE_TERMS, LobedWall
 from analysis.walls.outlines import CYLINDER_TERMS, ELLIPSE_TERMS, ROUND_TERMS, TURN, wall_parameter
 

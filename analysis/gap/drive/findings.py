@@ -18,12 +18,12 @@ from analysis.gap.drive.terms import LEVEL, chance, places_of
 from analysis.gap.series import Series
 from analysis.gap.thresholds import IMPACT_GAIN, IMPROVED, SIGNIFICANCE
 from analysis.motion.drive import BY_CHANCE, DriveFinding
+from analysis.statistics.student import NORMAL_90
 
 Array = NDArray[np.float64]
 
 # The Host is off its drive by less than this share of the contact radius (RMS over the runs): 2 um on the sample rig.
 NEGLIGIBLE_SHARE = 5e-5
-NORMAL_90 = 1.645
 
 
 @dataclass(frozen=True, eq=False)

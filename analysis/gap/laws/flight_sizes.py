@@ -34,8 +34,8 @@ ROUNDS, LONGEST_STEP, RESTS_SD = 4, 2.0, 0.1
 # Step of a number's difference, in the search's.
 STEP = 0.05
 LINEAR = tuple(name for name in LENS_TERMS if name not in NONLINEAR)
-# Coefficients that a fit has turned about or blown up are no law, nor are those of which not one is known better than
-# so many times itself.
+# A law is rejected whose coefficients a fit has turned about or made so many times larger, or none of whose
+# coefficients has an sd below so many times itself.
 LARGEST_FACTOR = 10.0
 
 

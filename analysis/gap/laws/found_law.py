@@ -17,11 +17,11 @@ from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.motion.rig_frame import RigFrame
+from analysis.statistics.student import NORMAL_90
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.terms import Term, WrittenLaw
 
 Array = NDArray[np.float64]
-NORMAL_90 = 1.645
 DRAWS, BAND = 400, (0.05, 0.95)
 
 

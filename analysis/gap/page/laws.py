@@ -14,7 +14,7 @@ from analysis.figures.style import BLACK, BLUE, GREY, RED, label, legend, new_fi
 from analysis.flights.cutting.runs import Run
 from analysis.gap.diagnose import Diagnosis
 from analysis.gap.laws.evidence import Evidence
-from analysis.gap.laws.found_law import NORMAL_90, LawFound
+from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import lasts
 from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.page.figures.at_blows import blow_figure
@@ -23,6 +23,7 @@ from analysis.gap.page.tables import chance
 from analysis.gap.prediction.predict import measured_paths
 from analysis.report.numbers import interval, percent, with_unit
 from analysis.report.page import Page, Section
+from analysis.statistics.student import NORMAL_90
 from ovines.core.laws.formula import as_text, latex_lines
 from ovines.core.laws.formula import legend as symbols
 from ovines.core.laws.targets import TARGETS

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.statistics.student import NORMAL_90
+
 LEVEL = 0.90
-NORMAL_90 = 1.6449
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,8 @@ from analysis.identification.contact_law.deviance import (
     scatter_deviance,
     tangential_deviance,
 )
-from analysis.identification.contact_law.interval import LEVEL, NORMAL_90, Interval, widened
+from analysis.identification.contact_law.interval import LEVEL, Interval, widened
+from analysis.statistics.student import NORMAL_90
 
 Array = NDArray[np.float64]
 # How far above full reversal the likelihood is asked whether it comes down: nothing turns back more, but impacts that

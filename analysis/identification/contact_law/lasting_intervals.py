@@ -12,8 +12,9 @@ import numpy as np
 from analysis.contact.law import LawData, outlier_share, stick_impulse
 from analysis.contact.tangential.lasting import STIFFNESS, LastingContact, stiffness_of
 from analysis.identification.contact_law.deviance import FRICTION_RANGE, TANGENTIAL_RANGE, best_scatter
-from analysis.identification.contact_law.interval import NORMAL_90, Interval
+from analysis.identification.contact_law.interval import Interval
 from analysis.identification.contact_law.intervals import crossing, minimum, threshold
+from analysis.statistics.student import NORMAL_90
 
 # The profiles' first steps: in friction, in the logarithm of the stiffness and in the tangential restitution.
 FRICTION_STEP, STIFFNESS_STEP, TANGENTIAL_STEP = 5e-4, 0.02, 0.01

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.regression.problem import Profile, Regression, part_of
+from analysis.statistics.student import NORMAL_90
 
 Array = NDArray[np.float64]
-NORMAL_90 = 1.645
 # Sizes are known no better than to a hundredth each (scale, clock, a form that is nearly right): halves that differ by
 # less than both say the same, however narrow noise makes their intervals (0.5 % of a fan's law, known to 0.2 %).
 ALIKE = 0.02
