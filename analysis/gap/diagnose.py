@@ -92,7 +92,9 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "stage": None if strongest is None else strongest.stage,
         "left": [_left(one, ladder.series) for one in ladder.structure],
         "laws": [law.entry(f"law-{i + 1}.toml", rng) for i, law in enumerate(laws)],
-        "probabilities": probabilities(ladder, causes, judged.detectable, float(np.mean(list(seen.values())))),
+        "probabilities": probabilities(
+            ladder, causes, judged.detectable, float(np.mean(list(seen.values()))), [law.p for law in laws]
+        ),
         "unlisted_seen": seen,
         "parameters": {
             c.effect: {n: _interval(v) for n, v in series.frame.world_parameters(c.effect, c.parameters).items()}

@@ -22,6 +22,7 @@ from analysis.gap.page.laws import _plain_symbol
 from analysis.gap.page.tables import stage_rows
 from analysis.gap.page.words import STAGES, parameter_words, shown, shown_interval
 from analysis.gap.prediction.how_far import HowFar, how_far
+from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.selection.centres import centre_offsets, is_effect
 from analysis.gap.selection.flights.missing_acceleration import LONG, missing_acceleration, residual_frames
 from analysis.gap.series import from_motions
@@ -100,6 +101,14 @@ def test_a_model_that_is_worse_shrinks_by_less_than_nothing():
     )
     share = far.entry(np.random.default_rng(0))["shrinkage"]
     assert [row[-1] for row in stage_rows(far, share)] == ["−90 %", "−90 %"] and percent(1.2) == "120 %"
+
+
+def test_where_a_law_was_written_something_is_left(tilted):
+    """However little of it probes see: what is written for it would seldom come of chance."""
+    ladder, entries = tilted[0].ladder, tilted[0].summary["detectable"]
+    without, beside = (probabilities(ladder, ladder.causes, entries, 0.9, p) for p in ((), (1e-6,)))
+    assert without["unknown"] < 0.2 and beside["unknown"] > 0.95
+    assert all(beside[name] == without[name] for name in without if name not in ("unknown", "none"))
 
 
 def test_what_a_written_law_explains_is_no_noise(tilted):

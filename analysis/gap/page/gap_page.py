@@ -118,11 +118,17 @@ def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
     ladder = diagnosis.ladder
     section = page.add_section("Candidates", "candidates")
     single = len(ladder.series.runs) == 1
+    by_law = any(law.law.stage == "flight" for law in diagnosis.laws)
     section.add_text(
         "What each candidate gains on runs that its estimate never saw. A real effect gains on most runs; a chance "
         "one on few. "
         "Each is judged beside everything else that was accepted, effects with a name and probes (structure without "
         "one) alike: an accepted one by what is lost without it, any other by what it would add."
+        + (
+            " Beside a law of the flights, what has no part in the model is judged with the law in it."
+            if by_law
+            else ""
+        )
         + (" With a single run nothing is held out: these gains are of the same data." if single else "")
     )
     found = {c.effect for c in ladder.causes}

@@ -56,9 +56,14 @@ def probability_of_left(p: float, seen: float) -> float:
 
 
 def probabilities(
-    ladder: Ladder, causes: Sequence[Cause], detectable: dict[str, Entry], seen: float
+    ladder: Ladder,
+    causes: Sequence[Cause],
+    detectable: dict[str, Entry],
+    seen: float,
+    by_chance: Sequence[float] = (),
 ) -> dict[str, float]:
-    """By effect, and ``none`` and ``unknown``; ``seen``: the share of what may be left that this series shows."""
+    """By effect, and ``none`` and ``unknown``; ``seen``: the share of what may be left that this series shows,
+    ``by_chance``: how often chance would find laws as good as those that were written for it."""
     out: dict[str, float] = {}
     for cause in causes:
         sd = cause.strength / np.sqrt(max(cause.gain, 1.0))
@@ -84,7 +89,8 @@ def probabilities(
             out[effect] = against(probability_of(size, sd, entry["size"]), held_out)
         elif effect not in out:
             out[effect] = probability_of(0.0, entry["size"] / 5, entry["size"])
-    left = probability_of_left(ladder.left_p, seen)
+    p = min([ladder.left_p, *by_chance])
+    left = probability_of_left(p, seen)
     none = float(np.prod([1 - min(p, 1.0) for p in out.values()]) * (1 - left))
     out |= {"unknown": left, "none": none}
     return {name: float(round(p, 4)) for name, p in out.items()}

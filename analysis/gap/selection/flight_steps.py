@@ -261,7 +261,8 @@ def still_accepted(with_law: FlightFit, steps: FlightSteps, term: FlightTerm) ->
 
 
 def sized_beside(with_law: FlightFit, steps: FlightSteps, series: Series) -> FlightSteps:
-    """``steps`` whose causes have the sizes that they have beside a law (``with_law``: a fit that holds it)."""
+    """``steps`` whose causes have the sizes that they have beside a law (``with_law``: a fit that holds it), and whose
+    other effects are what is left of them there: what imitates the law is none of them."""
     causes = []
     for cause in steps.causes:
         term = next((t for t in EFFECT_TERMS if t.name == cause.effect), None)
@@ -271,7 +272,8 @@ def sized_beside(with_law: FlightFit, steps: FlightSteps, series: Series) -> Fli
         elif cause.effect in FRICTION:
             own = friction_cause(cause.effect, with_law, cause.gain, steps.units)
         causes.append(replace(cause, parameters=own.parameters))
-    return replace(steps, causes=tuple(causes))
+    left = tuple(gain_of(with_law, gain.term, steps.units) for gain in steps.left)
+    return replace(steps, causes=tuple(causes), left=left)
 
 
 def _missing_friction(

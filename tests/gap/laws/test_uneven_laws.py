@@ -231,7 +231,8 @@ def test_a_fan_is_a_drag_against_moving_air(tmp_path):
     assert abs(np.angle(np.exp(1j * (way - true["fan_rad"])))) < 0.05
     assert law.closed > 0.9
     likely = probabilities(ladder, ladder.causes, detectable_sizes(ladder), 1.0)
-    assert likely["table_tilt"] < 0.9 and likely["viscous_drag"] < 0.9  # 1.0 as names
+    # 1.0 as names; beside the law nothing is left for them, nor for what else may imitate a wind.
+    assert all(likely[name] < 0.3 for name in ("table_tilt", "viscous_drag", "air_drag"))
 
 
 def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
