@@ -230,7 +230,7 @@ def _camera(values: Mapping[str, Any], where: str) -> Found:
             "calibrate without fisheye",
         )
     matrix = _array(values, MATRIX, where, 9).reshape(3, 3)
-    if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or not np.allclose(matrix[2], [0, 0, 1]):
+    if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or not np.allclose(matrix[2], [0, 0, 1], rtol=1e-5, atol=1e-8):
         raise InputError(
             f"{where}: camera matrix {matrix.tolist()}", "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]", "check the file"
         )

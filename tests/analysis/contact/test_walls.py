@@ -43,7 +43,7 @@ def test_the_normal_is_the_direction_in_which_the_gap_grows(kind):
 def test_a_square_turns_with_its_host_and_its_corners_are_where_its_sides_meet():
     wall = WALLS["square"]
     corners = wall.outline.corners_m()
-    assert np.allclose(np.hypot(*corners.T), 0.04 * np.sqrt(2))
+    assert np.allclose(np.hypot(*corners.T), 0.04 * np.sqrt(2), rtol=1e-5, atol=1e-8)
     c, s = np.cos(0.7), np.sin(0.7)
     turned = corners @ np.array([[c, s], [-s, c]])
     assert np.allclose(np.sort(wall.gaps(turned, np.full(4, 0.7))[0], axis=1)[:, -2:], 0.0, atol=1e-12)

@@ -59,5 +59,5 @@ def test_columns_of_runs():
     columns = run_columns(run)
     assert columns.shape == (26, 2)
     np.testing.assert_allclose(columns.mean(0), 0.0, atol=1e-15)
-    np.testing.assert_allclose(np.ptp(columns, axis=0), 1.0)
+    np.testing.assert_allclose(np.ptp(columns, axis=0), 1.0, rtol=1e-7)
     assert run_columns(np.repeat([0, 1], 20)) is None

@@ -32,7 +32,7 @@ def test_a_recording_is_what_its_file_says(folder):
     assert "ground" not in recording.bodies
     assert recording.markers == ("H1", "H2", "H3", "H4", "N1", "N2", "N3", "N4", "N5")
     assert recording.calibration_file.resolve() == (folder.parent / "calibration.json").resolve()
-    np.testing.assert_allclose(recording.times_s([0, 8]), [0.0, 0.01])
+    np.testing.assert_allclose(recording.times_s([0, 8]), [0.0, 0.01], rtol=1e-7)
     assert pickle.loads(pickle.dumps(recording)).settings == recording.settings
 
 

@@ -24,5 +24,5 @@ def test_spin_is_that_of_the_neighbours_and_none_over_a_gap():
     frames = np.array([0, 1, 2, 9, 20, 21])
     times = frames / 800.0
     found = spins(frames, 100.0 * times, times)
-    assert np.allclose(found, [100, 100, 100, 0, 100, 100])
+    assert np.allclose(found, [100, 100, 100, 0, 100, 100], rtol=1e-5, atol=1e-8)
     assert spins(frames[:1], times[:1], times[:1]).tolist() == [0.0]

@@ -149,7 +149,7 @@ def test_table_is_that_of_the_formats(fast_spin):
     tracks = fast_spin[3].tracks
     assert list(tracks.columns) == ["camera", "frame", "time_s", "marker", "u_px", "v_px", "sd_px"]
     assert not tracks.duplicated(["camera", "frame", "marker"]).any() and tracks.notna().all().all()
-    assert np.allclose(tracks.time_s, tracks.frame / FRAME_RATE_HZ)
+    assert np.allclose(tracks.time_s, tracks.frame / FRAME_RATE_HZ, rtol=1e-5, atol=1e-8)
 
 
 @pytest.mark.usefixtures("no_rims")

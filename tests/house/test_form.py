@@ -1,0 +1,63 @@
+"""What no linter here asks of the code's form: stated tolerances, and few arguments."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("ovines", "vision", "analysis")
+COMPARISONS, TOLERANCES = ("allclose", "assert_allclose", "isclose"), {"rtol", "atol", "rel_tol", "abs_tol"}
+MOST_PARAMETERS = 8
+#: functions with more of them, and how many: kernels of compiled code, which take arrays one by one, and what hands
+#: every choice of a study on
+MANY = {
+    "_add_gains": 9,
+    "_cut": 9,
+    "_move": 13,
+    "basins": 9,
+    "compliant_step": 9,
+    "contact_tangents": 9,
+    "flight_tangents": 9,
+    "hold_tangents": 9,
+    "meet_wall": 10,
+    "simulate_ensemble": 11,
+    "slip_ends_tangents": 9,
+    "strike_tangents": 9,
+}
+
+
+@cache
+def trees(*tops: str) -> dict[Path, ast.Module]:
+    paths = (path for top in tops for path in sorted((ROOT / top).rglob("*.py")))
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+
+
+def without_tolerance(tree: ast.Module) -> Iterator[int]:
+    """Lines of comparisons of numbers that leave the tolerance to the library's default."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if name in COMPARISONS and not {keyword.arg for keyword in node.keywords} & TOLERANCES:
+                yield node.lineno
+
+
+def parameters(function: ast.FunctionDef) -> int:
+    every = [one.arg for one in (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)]
+    return len(every) - (every[:1] in (["self"], ["cls"]))
+
+
+def test_every_comparison_states_its_tolerance():
+    assert list(without_tolerance(ast.parse("np.allclose(a, b)\nnp.allclose(a, b, rtol=1e-5)"))) == [1]
+    every = trees(*PACKAGES, "tests", "benchmarks")
+    assert [
+        f"{path.relative_to(ROOT)}:{line}" for path, tree in every.items() for line in without_tolerance(tree)
+    ] == []
+
+
+def test_few_functions_take_many_parameters():
+    functions = [node for tree in trees(*PACKAGES).values() for node in ast.walk(tree)]
+    counts = [(node.name, parameters(node)) for node in functions if isinstance(node, ast.FunctionDef)]
+    assert sorted((name, count) for name, count in counts if count > MOST_PARAMETERS) == sorted(MANY.items())
