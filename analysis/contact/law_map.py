@@ -128,10 +128,8 @@ def error_map(
     for _ in range(3):
         misfit = np.minimum(residual**2 / (sd**2 + scatter**2), CUT_SD**2).sum(0)
         i, j = np.unravel_index(np.argmin(misfit), misfit.shape)
-        changed, sticks = (
-            np.abs(model[:, i, j] - slip),
-            np.isclose(model[:, i, j], -beta[j] * slip, rtol=1e-5, atol=1e-8),
-        )
+        changed = np.abs(model[:, i, j] - slip)
+        sticks = np.isclose(model[:, i, j], -beta[j] * slip, rtol=1e-5, atol=1e-8)
         sliding, sticking = (
             _extra_scatter(residual[own, i, j], sd[own, 0, 0], changed[own]) for own in (~sticks, sticks)
         )

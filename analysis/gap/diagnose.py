@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.estimates import Estimates, estimated
 from analysis.gap.ladder import Ladder, run_ladder
-from analysis.gap.laws.found_law import LawFound, left_by_laws
+from analysis.gap.laws.found_law import LawFound
 from analysis.gap.next_test.choice import NextTests, next_tests
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.detectable import Entry, detectable_sizes
@@ -115,8 +115,9 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
 def _judged(ladder: Ladder, laws: Sequence[LawFound], chance: np.random.Generator) -> _Judged:
     """What a ladder and its laws come to."""
     estimates, ladder = estimated(ladder, [law.law for law in laws])
-    errors, table = held_out_errors(ladder, ladder.causes)
-    found = how_far(ladder, errors, ladder.causes, left_by_laws(laws))
+    written = [law.rig_law for law in laws]
+    errors, table = held_out_errors(ladder, ladder.causes, written)
+    found = how_far(ladder, errors, ladder.causes, written)
     return _Judged(
         ladder.causes,
         estimates,

@@ -30,9 +30,8 @@ MANY = {
 
 
 @cache
-def trees(*tops: str) -> dict[Path, ast.Module]:
-    paths = (path for top in tops for path in sorted((ROOT / top).rglob("*.py")))
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+def trees(top: str) -> dict[Path, ast.Module]:
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted((ROOT / top).rglob("*.py"))}
 
 
 def without_tolerance(tree: ast.Module) -> Iterator[int]:
@@ -51,13 +50,11 @@ def parameters(function: ast.FunctionDef) -> int:
 
 def test_every_comparison_states_its_tolerance():
     assert list(without_tolerance(ast.parse("np.allclose(a, b)\nnp.allclose(a, b, rtol=1e-5)"))) == [1]
-    every = trees(*PACKAGES, "tests", "benchmarks")
-    assert [
-        f"{path.relative_to(ROOT)}:{line}" for path, tree in every.items() for line in without_tolerance(tree)
-    ] == []
+    every = [one for top in (*PACKAGES, "tests", "benchmarks") for one in trees(top).items()]
+    assert [f"{path.relative_to(ROOT)}:{line}" for path, tree in every for line in without_tolerance(tree)] == []
 
 
 def test_few_functions_take_many_parameters():
-    functions = [node for tree in trees(*PACKAGES).values() for node in ast.walk(tree)]
+    functions = [node for top in PACKAGES for tree in trees(top).values() for node in ast.walk(tree)]
     counts = [(node.name, parameters(node)) for node in functions if isinstance(node, ast.FunctionDef)]
     assert sorted((name, count) for name, count in counts if count > MOST_PARAMETERS) == sorted(MANY.items())

@@ -95,15 +95,6 @@ class LawFound:
         }
 
 
-def left_by_laws(laws: Sequence[LawFound]) -> dict[str, float]:
-    """Stage -> share of its squared error that its laws leave on runs held out; none that makes it larger."""
-    out: dict[str, float] = {}
-    for law in laws:
-        before, after = float(law.before.sum()), float(law.after.sum())
-        out[law.law.stage] = out.get(law.law.stage, 1.0) * (min(after / before, 1.0) if before > 0 else 1.0)
-    return out
-
-
 def others_of(found: Found, frame: RigFrame) -> tuple[Other, ...]:
     """The nearest other formulas, in the world."""
     return tuple(_other(one, frame) for one in found.rivals)

@@ -145,7 +145,7 @@ def gap_card(page: Page, diagnosis: Diagnosis) -> None:
         shares = [f"{plain(e)} {percent(one['shrinkage'])}" for e, one in gap["by_effect"].items()]
         details = [
             *([f"Each one's part: {', '.join(shares)}."] if len(shares) > 1 else []),
-            *_by_laws(summary["laws"]),
+            *(f"{one}." for one in _by_laws(summary["laws"])),
             *_own_residual(diagnosis),
             *details,
             "Share of the squared error above the floor, in units of the noise, over flights, impacts, wall and "
@@ -156,10 +156,7 @@ def gap_card(page: Page, diagnosis: Diagnosis) -> None:
     if summary["verdict"] == "unknown":
         laws = summary["laws"]
         if laws:
-            parts = [
-                f"{closed.removesuffix('.')}: {one['formula']}."
-                for closed, one in zip(_by_laws(laws), laws, strict=True)
-            ]
+            parts = [f"{closed}: {one['formula']}." for closed, one in zip(_by_laws(laws), laws, strict=True)]
             answer = f"By {percent(laws[0]['shrinkage'])}, with a law written for it"
             page.add_card("How far does the gap shrink?", answer, "caution", [*parts, *details])
             return
@@ -184,7 +181,7 @@ def _by_laws(laws: Sequence[dict[str, Any]]) -> list[str]:
     return [
         f"The law of the {one['stage']} closes {percent(one['shrinkage'])} "
         f"({percent(one['shrinkage_low']).removesuffix(' %')} to {percent(one['shrinkage_high'])}) of the squared "
-        "error above the floor there, on runs held out."
+        "error above the floor there, on runs held out"
         for one in laws
     ]
 

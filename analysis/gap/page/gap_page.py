@@ -9,10 +9,10 @@ import numpy as np
 
 import ovines
 from analysis.gap.diagnose import Diagnosis
+from analysis.gap.page.candidates import ranking_section
 from analysis.gap.page.evidence import drive, evidence_section, flight_evidence, impact_overview, layout, measured
 from analysis.gap.page.figures import paths as path_figures
-from analysis.gap.page.figures.impact_ranking import impact_candidates
-from analysis.gap.page.figures.panels import Candidate, ladder_figure, ranking_figure
+from analysis.gap.page.figures.panels import ladder_figure
 from analysis.gap.page.first_screen import facts, gap_card, lead, verdict_card
 from analysis.gap.page.laws import laws_section
 from analysis.gap.page.tables import (
@@ -27,9 +27,6 @@ from analysis.gap.page.tables import (
     where_rows,
 )
 from analysis.gap.page.words import plain
-from analysis.gap.selection.flight_candidates import Gain
-from analysis.gap.selection.null_distribution import threshold
-from analysis.gap.thresholds import GAIN, IMPACT_GAIN
 from analysis.report.numbers import value_with_sd
 from analysis.report.page import Page
 
@@ -59,7 +56,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
     laws_section(page, diagnosis)
     _ladder_section(page, diagnosis)
     evidence_section(page, diagnosis)
-    _ranking_section(page, diagnosis)
+    ranking_section(page, diagnosis)
     _where_section(page, diagnosis)
     _parameters_section(page, summary)
     _measurement_section(page, diagnosis)
@@ -112,81 +109,6 @@ def _ladder_section(page: Page, diagnosis: Diagnosis) -> None:
         section.add_missing(
             "one impact ahead", "fewer than eight impacts could be used, and a contact law is not fitted to so few."
         )
-
-
-def _ranking_section(page: Page, diagnosis: Diagnosis) -> None:
-    ladder = diagnosis.ladder
-    section = page.add_section("Candidates", "candidates")
-    single = len(ladder.series.runs) == 1
-    by_law = any(law.law.stage == "flight" for law in diagnosis.laws)
-    section.add_text(
-        "What each candidate gains on runs that its estimate never saw. A real effect gains on most runs; a chance "
-        "one on few. "
-        "Each is judged beside everything else that was accepted, effects with a name and probes (structure without "
-        "one) alike: an accepted one by what is lost without it, any other by what it would add."
-        + (
-            " Beside a law of the flights, what has no part in the model is judged with the law in it."
-            if by_law
-            else ""
-        )
-        + (" With a single run nothing is held out: these gains are of the same data." if single else "")
-    )
-    found = {c.effect for c in ladder.causes}
-    structure = {s.goes_with for s in ladder.structure}
-    kept = {g.term.name: g for g in ladder.flights.kept}
-    beside = [*kept.values(), *(g for g in ladder.flights.left if g.term.name not in kept)]
-    flights = [
-        Candidate(plain(g.term.name), True, g.per_run, g.term.name in found)
-        for g in beside
-        if g.term.named and _tried(g)
-    ]
-    probes = [
-        Candidate(g.term.name, False, g.per_run, g.term.name in structure)
-        for g in (
-            *(g for g in beside if not g.term.named),
-            *(g for g in ladder.flights.probes if g.term.name not in kept),
-        )
-        if _tried(g)
-    ]
-    runs = max(len(ladder.series.runs), 1)
-    if flights or probes:
-        section.add_figure(
-            "gap-ranking-flights",
-            partial(
-                ranking_figure,
-                [*flights, *probes],
-                threshold(ladder.flights.null_distribution, GAIN / 2) / runs,
-                "flights",
-            ),
-            "Flights: gain per held-out run, mean (bar) and each run (dots). The dashed line is the least mean gain "
-            "that is accepted (a fixed one, or what chance "
-            "reaches once in four hundred series without effect, if that is more); significance and size must also be "
-            "enough.",
-            "Ranking of flight candidates",
-        )
-    else:
-        section.add_missing("candidates in the flights", "no candidate could be tried on these flights.")
-    impacts = [Candidate(plain(c.name), True, c.per_run, c.accepted) for c in impact_candidates(ladder, probes=False)]
-    leftover = sorted(impact_candidates(ladder, probes=True), key=lambda c: -c.per_run.sum())
-    if impacts:
-        keep = [c for c in leftover if c.accepted] + [c for c in leftover if not c.accepted][:14]
-        section.add_figure(
-            "gap-ranking-impacts",
-            partial(
-                ranking_figure,
-                [*impacts, *keep],
-                threshold(ladder.impacts.null_distribution, IMPACT_GAIN) / runs,
-                "impacts",
-            ),
-            f"Impacts, as above; of {len(leftover)} probes the accepted ones and the best fourteen others are shown.",
-            "Ranking of impact candidates",
-        )
-    else:
-        section.add_missing("candidates at the impacts", "fewer than eight impacts could be used.")
-
-
-def _tried(gain: Gain) -> bool:
-    return len(gain.per_run) > 0 and bool(np.isfinite(gain.per_run).all())
 
 
 def _where_section(page: Page, diagnosis: Diagnosis) -> None:

@@ -19,7 +19,7 @@ from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import FlightModel
 from analysis.gap.selection.impacts.floor import impact_floor
 from ovines.core.effects import EFFECTS, is_law
-from ovines.core.laws.terms import rows_of
+from ovines.core.laws.terms import WrittenLaw, rows_of
 from ovines.recording_schema import Nominal
 
 Array = NDArray[np.float64]
@@ -28,8 +28,11 @@ Hit = tuple[Array, Array, NDArray[np.int64]]
 STEPS = ("as_given", "recalibrated", "with_effect", "noise_floor")
 
 
-def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4, pd.DataFrame]:
-    """Errors of the four steps (None where the model as given says too little) and the table ``predictions``."""
+def held_out_errors(
+    ladder: Ladder, causes: tuple[Cause, ...], laws: Sequence[WrittenLaw] = ()
+) -> tuple[Errors4, pd.DataFrame]:
+    """Errors of the four steps (None where the model as given says too little) and the table ``predictions``; ``laws``
+    that were written for what is left, in the rig's frame, are no noise."""
     runs = ladder.series.runs
     model = ladder.series.recordings[0].model
     stated = dict(ladder.flights.nominal.model.stated)
@@ -44,7 +47,7 @@ def held_out_errors(ladder: Ladder, causes: tuple[Cause, ...]) -> tuple[Errors4,
         else nominal,
         "noise_floor": [predict.free_paths(run, ladder.flights.fitted.noise.correlation) for run in runs],
     }
-    hits = _hits(ladder, model) if ladder.impacts.fitted is not None else {}
+    hits = _hits(ladder, model, laws) if ladder.impacts.fitted is not None else {}
     errors: Errors4 = {}
     for name in STEPS:
         path, hit = paths[name], hits.get(name)
@@ -83,14 +86,15 @@ def _laws_by_name(causes: tuple[Cause, ...]) -> Array:
     return rows_of([term for effect, values in told for term in effect.law(effect.nearest(values)).terms])
 
 
-def _hits(ladder: Ladder, model: Nominal | None) -> dict[str, Hit]:
+def _hits(ladder: Ladder, model: Nominal | None, laws: Sequence[WrittenLaw]) -> dict[str, Hit]:
     """Errors one impact ahead of each step, with the run of each impact."""
     before, after = ladder.both_impacts()
     named = [name for name in (model.effects if model else ()) if name in RESTITUTION_EFFECTS]
+    floor = impact_floor(after, ladder.impacts.restitution_terms, ladder.flights.fitted.fits, laws)
     out = {
         "recalibrated": (*predict.predicted_impacts(before, named), before.data.run),
         "with_effect": (*predict.predicted_impacts(after, ladder.impacts.restitution_terms), after.data.run),
-        "noise_floor": (*impact_floor(after, ladder.impacts.restitution_terms), after.data.run),
+        "noise_floor": (*floor, after.data.run),
     }
     if (
         model

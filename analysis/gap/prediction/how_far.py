@@ -27,10 +27,11 @@ from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
 from analysis.gap.prediction.one_impact_ahead import subset
 from analysis.gap.selection.impacts.fit import ImpactFit, wall_prior
-from analysis.gap.selection.impacts.floor import impact_floor
+from analysis.gap.selection.impacts.floor import impact_floor, scatter_beside
 from analysis.walls.lobes import LOBE_TERMS
 from analysis.walls.outlines import ELLIPSE_TERMS
 from ovines.core.effects import is_law
+from ovines.core.laws.terms import WrittenLaw
 
 Array = NDArray[np.float64]
 #: terms of the wall that an effect stands for; a contact that lasts adds a column of its own
@@ -44,8 +45,6 @@ WALL_TERMS_OF: dict[str, tuple[str, ...]] = {
 }
 #: ... and those that turn its normals
 SHAPES = ("wall_ellipticity", "wall_lobes")
-#: stages whose errors here are those that laws are asked of
-OF_LAWS = ("flight", "impact", "geometry")
 DRAWS = 400
 # Squared residuals over the variance count up to this: a wrong track is no gap.
 CUT = 1e4
@@ -117,13 +116,9 @@ def shows_in(one: Cause | Structure, stage: str) -> bool:
     return one.stage == stage
 
 
-def how_far(
-    ladder: Ladder, errors: Errors4, causes: Sequence[Cause], left_by_laws: Mapping[str, float] | None = None
-) -> HowFar:
-    """Errors of the recalibrated model and with ``causes``, by stage and run.
-
-    ``left_by_laws``: stage -> share of its squared error beside the causes that written laws leave on runs held out.
-    No floor is above that: what a law predicts is no noise."""
+def how_far(ladder: Ladder, errors: Errors4, causes: Sequence[Cause], laws: Sequence[WrittenLaw] = ()) -> HowFar:
+    """Errors of the recalibrated model and with ``causes``, by stage and run; ``laws`` that were written for what is
+    left, in the rig's frame: what they predict is no noise."""
     n = len(ladder.series.runs)
     steps: dict[str, dict[str, Array]] = {"recalibrated": {}, "with_effect": {}, "noise_floor": {}}
     by_effect: dict[str, Array] = {}
@@ -139,7 +134,7 @@ def how_far(
         others = np.sum([gains[c.effect] for c in flights if c is not cause and c.effect in gains] or [np.zeros(n)], 0)
         by_effect[cause.effect] = closed if len(flights) == 1 else (closed - others if own is None else own)
     if ladder.impacts.fitted is not None:
-        _impacts(ladder, steps, by_effect, causes)
+        _impacts(ladder, steps, by_effect, causes, laws)
         _walls(ladder, steps, by_effect, causes)
         _normals(steps, by_effect, causes)
     _measurement(ladder, steps, by_effect, causes)
@@ -149,10 +144,6 @@ def how_far(
         # Where nothing was found, what a freer law still gains is the floor's own bias, no gap.
         if not any(shows_in(one, stage) for one in told):
             steps["noise_floor"][stage] = recalibrated
-    for stage, share in (left_by_laws or {}).items():
-        if stage in OF_LAWS and stage in steps["with_effect"]:
-            with_law = share * steps["with_effect"][stage]
-            steps["noise_floor"][stage] = min(steps["noise_floor"][stage], with_law, key=lambda each: each.sum())
     return HowFar(steps["recalibrated"], steps["with_effect"], steps["noise_floor"], by_effect)
 
 
@@ -163,23 +154,41 @@ def _flight_variance(ladder: Ladder) -> Array:
 
 
 def _impacts(
-    ladder: Ladder, steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]
+    ladder: Ladder,
+    steps: dict[str, dict[str, Array]],
+    by_effect: dict[str, Array],
+    causes: Sequence[Cause],
+    laws: Sequence[WrittenLaw],
 ) -> None:
     """Velocities and spin after an impact, one impact ahead."""
     before, after = ladder.both_impacts()
     terms = list(ladder.impacts.restitution_terms)
     held = [t for t in terms if t not in {c.effect for c in causes}]
 
-    def sums(impacts: ImpactFit, error: tuple[Array, Array]) -> Array:
+    fits = ladder.flights.fitted.fits
+    # What a law predicts of the restitution is no scatter.
+    scatter = min(after.law.scatter, scatter_beside(after, terms, fits, laws)) if laws else after.law.scatter
+
+    def squares(impacts: ImpactFit, error: tuple[Array, Array]) -> Array:
+        """Of the normal and the tangential velocity and the spin (3, K)."""
         data = impacts.data
         turn = impacts.junctions.radius_m * data.inertia_factor
-        z2 = (
-            error[0][:, 0] ** 2 / (data.normal_sd**2 + (after.law.scatter * data.before) ** 2)
-            + error[0][:, 1] ** 2 / (data.tangential_sd**2 + (after.law.tangential_scatter * data.normal_impulse) ** 2)
-            + (turn * error[1]) ** 2 / data.angular_sd**2
+        z2 = np.stack(
+            [
+                error[0][:, 0] ** 2 / (data.normal_sd**2 + (scatter * data.before) ** 2),
+                error[0][:, 1] ** 2
+                / (data.tangential_sd**2 + (after.law.tangential_scatter * data.normal_impulse) ** 2),
+                (turn * error[1]) ** 2 / data.angular_sd**2,
+            ]
         )
-        z2 = np.where(np.isfinite(z2), np.minimum(z2, CUT), 0.0)
-        return np.asarray(np.bincount(data.run, z2, len(ladder.series.runs)), float)
+        return np.where(np.isfinite(z2), z2, 0.0)
+
+    def by_run(z2: Array, impacts: ImpactFit) -> Array:
+        whole = np.minimum(z2.sum(0), CUT)
+        return np.asarray(np.bincount(impacts.data.run, whole, len(ladder.series.runs)), float)
+
+    def sums(impacts: ImpactFit, error: tuple[Array, Array]) -> Array:
+        return by_run(squares(impacts, error), impacts)
 
     ahead = sums(after, predict.predicted_impacts(after, terms))
     steps["with_effect"]["impact"] = ahead
@@ -189,7 +198,12 @@ def _impacts(
     # A contact that lasts has a law of its own along the wall.
     instant = replace(plain, lasting=None) if lasts else plain
     steps["recalibrated"]["impact"] = sums(instant, predict.predicted_impacts(instant, held))
-    steps["noise_floor"]["impact"] = sums(after, impact_floor(after, terms))
+    floor = squares(after, impact_floor(after, terms, fits, laws))
+    if laws:  # what a law of one of the three predicts is none of the others' noise
+        model = squares(after, predict.predicted_impacts(after, terms))
+        worse = np.minimum(floor, CUT).sum(1) > np.minimum(model, CUT).sum(1)
+        floor = np.where(worse[:, None], model, floor)
+    steps["noise_floor"]["impact"] = by_run(floor, after)
     for cause in causes:
         if cause.effect in RESTITUTION_EFFECTS:
             rest = [t for t in terms if t != cause.effect]

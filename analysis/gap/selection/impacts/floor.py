@@ -1,8 +1,9 @@
 """What no law of the contact predicts: the impacts' noise floor, one impact ahead.
 
-A law free to follow everything that is known before the impact (speed, slip, spin, azimuth, drive's phase, time, run)
-is fitted to each residual, and the residual scaled back for what the columns swallow.  What then is left is noise and
-the scatter from impact to impact, whatever the lens or the scatter of restitution add to the flights' own covariance.
+A law free to follow what is usually known before the impact (speed, slip, spin, azimuth, drive's phase, time, run),
+and what those laws follow that were written for what is left, is fitted to each residual, and the residual scaled back
+for what the columns swallow.  What then is left is noise and the scatter from impact to impact, whatever the lens or
+the scatter of restitution add to the flights' own covariance.
 """
 
 from __future__ import annotations
@@ -13,22 +14,33 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact.held_laws import OF_IMPACTS, known_at_impacts
 from analysis.contact.law import LawData, fit_restitution
 from analysis.contact.restitution import restitution_design
+from analysis.flights.fit import FlightFits
 from analysis.gap.selection.impacts.covariates import covariates
 from analysis.gap.selection.impacts.fit import ImpactFit
+from ovines.core.laws.kernel import sizes
+from ovines.core.laws.terms import Term, WrittenLaw, rows_of
 
 Array = NDArray[np.float64]
 # Slip over normal impulse at which the free tangential law may bend: from pure stick to pure slide on this rig.
 KNOTS = (0.05, 0.15, 0.3, 0.5, 0.8, 1.2)
 
 
-def impact_floor(impacts: ImpactFit, restitution_terms: Sequence[str]) -> tuple[Array, Array]:
+def impact_floor(
+    impacts: ImpactFit,
+    restitution_terms: Sequence[str],
+    fits: Sequence[FlightFits] = (),
+    laws: Sequence[WrittenLaw] = (),
+) -> tuple[Array, Array]:
     """Errors after the impact (K, 2: normal, tangential; m/s) and of the spin (K,; rad/s) that remain with a law free
-    to follow anything.
+    to follow anything; ``laws`` in the rig's frame, asked between the flights of ``fits``.
     """
     data = impacts.data
-    design = restitution_design(data, restitution_terms)
+    terms = _of_impacts(laws)
+    sized = _sized(terms, impacts, fits)
+    design = _with_laws(data, restitution_terms, terms, sized)
     c = fit_restitution(data, design)[0]
     table = np.column_stack(
         [np.ones(len(data)), *covariates(data).values(), np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)]
@@ -38,10 +50,51 @@ def impact_floor(impacts: ImpactFit, restitution_terms: Sequence[str]) -> tuple[
     # One impact ahead the normal impulse is the predicted one.
     impulse = data.before + data.by_laws + (design @ c) * data.before
     law = impacts.tangential_impulse(replace(data, normal_impulse=impulse))
-    columns = np.column_stack([law, impulse[:, None] * np.column_stack([table, _tangential_columns(data, impulse)])])
-    turn = impacts.junctions.radius_m * data.inertia_factor
+    radius_m = impacts.junctions.radius_m
+    table = np.column_stack([table, _tangential_columns(data, impulse)])
+    along = [_lever(term.target, data, impulse, radius_m) * size for term, size in zip(terms, sized.T, strict=True)]
+    columns = np.column_stack([law, impulse[:, None] * table, *along])
+    turn = radius_m * data.inertia_factor
     spin = _left_over((data.angular + data.tangential_impulse) / turn, columns)
     return np.column_stack([normal, _left_over(data.tangential_impulse, columns)]), spin
+
+
+def scatter_beside(
+    impacts: ImpactFit, restitution_terms: Sequence[str], fits: Sequence[FlightFits], laws: Sequence[WrittenLaw]
+) -> float:
+    """Scatter of the restitution from impact to impact beside what ``laws`` predict of it."""
+    terms = _of_impacts(laws)
+    design = _with_laws(impacts.data, restitution_terms, terms, _sized(terms, impacts, fits))
+    return fit_restitution(impacts.data, design)[2]
+
+
+def _of_impacts(laws: Sequence[WrittenLaw]) -> list[Term]:
+    return [term for law in laws for term in law.terms if term.target in OF_IMPACTS]
+
+
+def _with_laws(data: LawData, restitution_terms: Sequence[str], terms: Sequence[Term], sized: Array) -> Array:
+    """Columns of the restitution: of its effects, and of what laws add to it."""
+    own = np.array([term.target == "restitution" for term in terms], bool)
+    return np.column_stack([restitution_design(data, restitution_terms), sized[:, own]])
+
+
+def _sized(terms: Sequence[Term], impacts: ImpactFit, fits: Sequence[FlightFits]) -> Array:
+    """What each term adds to what it acts on, at each impact (K, T)."""
+    out = np.zeros((len(impacts.data), len(terms)))
+    if terms:
+        sizes(rows_of(terms), known_at_impacts(impacts.data, impacts.junctions, fits), out)
+    return np.nan_to_num(out)
+
+
+def _lever(target: str, data: LawData, impulse: Array, radius_m: float) -> Array:
+    """What a unit of a law's target moves along the wall (K,; m/s) but for a factor."""
+    return {
+        "restitution": np.zeros(len(data)),  # the impulse holds it
+        "wall_friction": np.sign(data.slip) * impulse,
+        "tangential_restitution": data.slip,
+        "spin_kept": radius_m * data.spin,
+        "spin_added": np.full(len(data), radius_m),
+    }[target]
 
 
 def _tangential_columns(data: LawData, impulse: Array) -> Array:
