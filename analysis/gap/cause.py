@@ -9,6 +9,8 @@ from typing import Any
 
 from scipy.special import ndtr
 
+from analysis.gap.by_run import ByRun
+
 #: probabilities below this are not told apart from it: no tail is known so far out
 SMALLEST_P = 1e-12
 #: what a structure goes with that is different in each run, in no order
@@ -39,7 +41,8 @@ def two_sided(z: float) -> float:
 class Cause:
     """One accepted effect: where it lies, parameters (value, sd), how many times its negligible size it is, its gain.
 
-    ``rivals``: effects that explain the same residual as well as this one does, in these data."""
+    ``rivals``: effects that explain the same residual as well as this one does, in these data; ``by_run``: what each
+    run says of an effect of the measurement."""
 
     effect: str
     stage: str
@@ -49,6 +52,7 @@ class Cause:
     coordinate: str
     phase: str
     rivals: tuple[str, ...] = ()
+    by_run: ByRun | None = None
 
 
 @dataclass(frozen=True)

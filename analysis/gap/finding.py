@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from analysis.gap.by_run import ByRun
 from analysis.gap.thresholds import NEGLIGIBLE, SIGNIFICANCE
 
 
@@ -15,7 +16,7 @@ class Finding:
     negligible.
 
     ``rivals``: effects that alone would explain the same residuals as well; ``negligible``: its smallest size in this
-    rig's units, where it is no constant of :mod:`analysis.gap.thresholds`."""
+    rig's units, where it is no constant of :mod:`analysis.gap.thresholds`; ``by_run``: what each run says of it."""
 
     effect: str
     parameters: dict[str, tuple[float, float]]
@@ -24,6 +25,7 @@ class Finding:
     found: bool
     rivals: tuple[str, ...] = ()
     negligible: float | None = None
+    by_run: ByRun | None = None
 
     @property
     def unit(self) -> str:
@@ -48,7 +50,8 @@ def judge(
     size: float,
     significance: float,
     negligible: float | None = None,
+    by_run: ByRun | None = None,
 ) -> Finding:
     """A finding with its parameters (value, sd), ``found`` when it is both significant and more than negligible."""
-    one = Finding(effect, parameters, float(significance), float(size), False, negligible=negligible)
+    one = Finding(effect, parameters, float(significance), float(size), False, negligible=negligible, by_run=by_run)
     return replace(one, found=bool(size > one.least and significance > SIGNIFICANCE))

@@ -350,6 +350,7 @@ def _measured(finding: Finding) -> Cause:
         "all",
         "all",
         finding.rivals,
+        finding.by_run,
     )
 
 

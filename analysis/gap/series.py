@@ -91,7 +91,7 @@ def from_points(
     """A series that enters at ``points`` (or earlier), in the world as it came: marker layouts are learnt from all its
     recordings together.
     """
-    layouts = _layouts(recordings, points)
+    layouts = layouts_of(recordings, points)
     motions = [motion_from_points(p, r, layouts) for p, r in zip(points, recordings, strict=True)]
     frame = rig_frame(motions)
     series = _of_motions(recordings, [frame.motion(motion, k) for k, motion in enumerate(motions)], frame, laws)
@@ -105,7 +105,8 @@ def from_points(
     )
 
 
-def _layouts(recordings: Sequence[Recording], points: Sequence[pd.DataFrame]) -> dict[str, Array]:
+def layouts_of(recordings: Sequence[Recording], points: Sequence[pd.DataFrame]) -> dict[str, Array]:
+    """The markers' real places (M, 3; m) of both bodies, as these points of some recordings show them."""
     clouds = [bodies_clouds(p, r) for p, r in zip(points, recordings, strict=True)]
     return layouts_from_points({body: [c[body] for c in clouds] for body in ("host", "nes")}, recordings[0])
 
@@ -128,7 +129,7 @@ def _named(runs: Sequence[Run], recordings: Sequence[Recording]) -> list[Run]:
 
 def with_points(series: Series, points: Sequence[pd.DataFrame]) -> Series:
     """The same series measured again: new points (in the rig's frame), everything after them anew."""
-    layouts = _layouts(series.recordings, points)
+    layouts = layouts_of(series.recordings, points)
     motions = [motion_from_points(p, r, layouts) for p, r in zip(points, series.recordings, strict=True)]
     fresh = _of_motions(series.recordings, motions, series.frame, series.laws)
     return replace(series, motions=fresh.motions, runs=fresh.runs, points=tuple(points), layouts=layouts)

@@ -11,6 +11,7 @@ from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.runs import Run
 from analysis.flights.cutting.segments import Segments
 from analysis.gap.prediction.predict import free_paths, measured_paths
+from analysis.gap.selection.impacts.floor import _left_over
 from analysis.motion.host_path import HostMotion
 
 SD, FRAMES = 2e-5, 24_000
@@ -34,3 +35,15 @@ def test_the_floor_is_the_noise_itself(correlation):
     run = Run(data, segments, flights, np.zeros((FRAMES, 8)), np.arange(FRAMES))
     off = (measured_paths(run) - free_paths(run, correlation))[:, :2]
     assert np.nanmean(off**2) == pytest.approx(SD**2, rel=0.06)
+
+
+def test_blows_of_another_kind_do_not_move_the_floor_of_the_others():
+    """One in twenty is into a corner, a hundred sds off along the wall: the rest scatters as it did."""
+    rng = np.random.default_rng(2)
+    columns, sd = rng.standard_normal((400, 12)), np.full(400, 2e-4)
+    values = columns @ rng.standard_normal(12) + sd * rng.standard_normal(400)
+    kind = np.arange(400) % 20 == 0
+    whole, spoilt = _left_over(values, columns, sd), _left_over(values + 100 * sd * kind, columns, sd)
+    assert np.mean(whole**2) == pytest.approx(sd[0] ** 2, rel=0.15)
+    assert np.mean(spoilt[~kind] ** 2) == pytest.approx(np.mean(whole[~kind] ** 2), rel=0.1)
+    assert np.isnan(_left_over(values[:20], columns[:20], sd[:20])).all()

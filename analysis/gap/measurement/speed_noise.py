@@ -8,12 +8,14 @@ Each run has a noise of its own: a short run under a strong random drive leaves 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run
+from analysis.gap.by_run import ByRun
 from analysis.gap.finding import Finding, judge
 from analysis.gap.series import Series
 from analysis.gap.thresholds import NEGLIGIBLE_FRAMES, SIGNIFICANCE
@@ -33,6 +35,26 @@ DRAWN_RUNS, LEAST_DRAWN, MOST_ALIKE = 4, 0.01, 1e3
 Pairs = list[tuple[Array, Array]]
 
 
+@dataclass(frozen=True, eq=False)
+class _Squares:
+    """Coefficients ``sizes`` (K,) of squares that grow with the speed, their ``errors`` (sd), and what each of A axes
+    says of their own noises and of these: ``information`` (A, A + K, A + K) and ``score`` (A, A + K)."""
+
+    sizes: Array
+    errors: Array
+    information: Array
+    score: Array
+
+    def by_run(self, column: int, runs: NDArray[np.int64], count: int) -> ByRun:
+        """What each of ``count`` runs says of one of them; ``runs`` (R,) those with axes, each with as many."""
+        axes, columns = self.score.shape
+        information, score = np.zeros((count, columns, columns)), np.zeros((count, columns))
+        at = np.repeat(runs, axes // len(runs))
+        np.add.at(information, at, self.information)
+        np.add.at(score, at, self.score)
+        return ByRun.of_forms(information, score, [axes + column])
+
+
 def speed_noise(series: Series) -> list[Finding]:
     """``trigger_jitter`` and ``motion_blur``; nothing where no Host follows a drive.
 
@@ -40,29 +62,38 @@ def speed_noise(series: Series) -> list[Finding]:
     part of either with it, and leaves some of the one in the form of the other: how much, a drawn scatter of the same
     size tells, which is fitted in the same way."""
     runs = [run for run in series.runs if run.data.host.omega_rad_per_s]
-    pairs = [_residuals(run.data.host.residual, run.data.host.at(run.data.time_s, 1)) for run in runs]
-    pairs = [pair for pair in pairs if len(pair[0])]
+    seen = {
+        number: _residuals(run.data.host.residual, run.data.host.at(run.data.time_s, 1))
+        for number, run in enumerate(series.runs)
+        if run.data.host.omega_rad_per_s
+    }
+    seen = {number: pair for number, pair in seen.items() if len(pair[0])}
+    pairs = list(seen.values())
     if not pairs:
         return []
     least_s = {effect: share * series.period_s for effect, share in NEGLIGIBLE_FRAMES.items()}
     rng = np.random.default_rng(len(pairs))
-    sizes, errors = _both(pairs)
+    squares, at = _both(pairs), np.array(list(seen))
+    sizes, errors = squares.sizes, squares.errors
     if any(size > SIGNIFICANCE * error for size, error in zip(sizes, errors, strict=True)):
         unit = [max(float(size), LEAST_DRAWN * float(np.max(sizes))) for size in sizes]
         drawn = [_drawn(runs, np.sqrt(unit[0]), 0.0, rng), _drawn(runs, 0.0, np.sqrt(unit[1]), rng)]
         sizes, errors = _given_back(sizes, errors, drawn, _both)
     blur = _finding("motion_blur", sizes[1], errors[1], least_s["motion_blur"])
+    blur = replace(blur, by_run=squares.by_run(1, at, len(series.runs)))
     if not blur.found:
         axis = int(np.argmax(np.max([np.max(np.abs(velocity), 0) for _, velocity in pairs], 0)))
-        sizes, errors = _along(pairs, axis)
+        squares = _along(pairs, axis)
+        sizes, errors = squares.sizes, squares.errors
         if sizes[0] > SIGNIFICANCE * errors[0]:
             drawn = [_drawn(runs, np.sqrt(sizes[0]), 0.0, rng)]
             sizes, errors = _given_back(sizes, errors, drawn, partial(_along, axis=axis))
-    return [_finding("trigger_jitter", sizes[0], errors[0], least_s["trigger_jitter"]), blur]
+    jitter = _finding("trigger_jitter", sizes[0], errors[0], least_s["trigger_jitter"])
+    return [replace(jitter, by_run=squares.by_run(0, at, len(series.runs))), blur]
 
 
-def _both(pairs: Pairs) -> tuple[Array, Array]:
-    """Squares of jitter and blur (2,), s^2, and their sds."""
+def _both(pairs: Pairs) -> _Squares:
+    """Squares of jitter and blur, s^2, from two axes of each run."""
     return _variances(
         [
             (residual[:, axis], np.column_stack([velocity[:, axis] ** 2, np.sum(velocity**2, 1)]))
@@ -72,19 +103,19 @@ def _both(pairs: Pairs) -> tuple[Array, Array]:
     )
 
 
-def _along(pairs: Pairs, axis: int) -> tuple[Array, Array]:
-    """Square of the jitter (1,), s^2, and its sd, along one axis."""
+def _along(pairs: Pairs, axis: int) -> _Squares:
+    """Square of the jitter, s^2, along one axis."""
     return _variances([(residual[:, axis], velocity[:, axis : axis + 1] ** 2) for residual, velocity in pairs])
 
 
 def _given_back(
-    sizes: Array, errors: Array, drawn: Sequence[tuple[Pairs, Pairs]], told: Callable[[Pairs], tuple[Array, Array]]
+    sizes: Array, errors: Array, drawn: Sequence[tuple[Pairs, Pairs]], told: Callable[[Pairs], _Squares]
 ) -> tuple[Array, Array]:
     """Squares (K,) and their sds with what the Host's fit took of them, by what it takes of the K that were ``drawn``;
     as they are where these do not show it."""
     if not all(len(pairs) for pair in drawn for pairs in pair):
         return sizes, errors
-    was, seen = (np.column_stack([told(pair[k])[0] for pair in drawn]) for k in (0, 1))
+    was, seen = (np.column_stack([told(pair[k]).sizes for pair in drawn]) for k in (0, 1))
     if not np.all(np.minimum(np.diag(seen), np.diag(was)) > 0) or np.linalg.cond(seen / np.diag(was)) > MOST_ALIKE:
         return sizes, errors
     true = was @ np.linalg.inv(seen)
@@ -123,9 +154,9 @@ def _finding(effect: str, size: float, error: float, negligible: float) -> Findi
     return judge(effect, {"sd_s": (sd, sd_error)}, sd, size / error, negligible)
 
 
-def _variances(axes: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Coefficients (K,) of the columns (N, K) that residuals (N,) of several axes and runs share, and their sds, beside
-    a noise of each one's own.
+def _variances(axes: list[tuple[Array, Array]]) -> _Squares:
+    """Coefficients of the columns (N, K) that residuals (N,) of several axes and runs share, beside a noise of each
+    one's own.
 
     By maximum likelihood (weighted regression of the squares, iterated), outliers beyond 4 sd left out; the sds allow
     for noise that is correlated from frame to frame."""
@@ -148,5 +179,10 @@ def _variances(axes: list[tuple[Array, Array]]) -> tuple[Array, Array]:
     # Not `analysis.statistics.correlation`: outliers are left out as above, and z has the unit variance just fitted.
     lag = float(np.clip(np.mean(z[1:] * z[:-1] * (near[1:] & near[:-1])), 0.0, 0.9))
     # The squares of Gaussian noise have variance 2, and the square of its correlation.
-    errors = np.sqrt(2 * np.diag(covariance)[len(axes) :] * (1 + lag**2) / (1 - lag**2))
-    return solution[len(axes) :], errors
+    per_frame = 2 * (1 + lag**2) / (1 - lag**2)
+    errors = np.sqrt(per_frame * np.diag(covariance)[len(axes) :])
+    axis, square = np.repeat(np.arange(len(axes)), [len(one) for one, _ in axes])[near], (residual**2 / variance)[near]
+    rows = [(weighted[axis == k], square[axis == k]) for k in range(len(axes))]
+    information = np.array([one.T @ one for one, _ in rows]) / per_frame
+    score = np.array([one.T @ each for one, each in rows]) / per_frame
+    return _Squares(solution[len(axes) :], errors, information, score)

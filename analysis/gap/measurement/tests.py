@@ -7,21 +7,24 @@ speed (:mod:`analysis.gap.measurement.speed_noise`); what two views tell of cloc
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.by_run import ByRun
 from analysis.gap.cause import THAN_STATED, Structure, two_sided
 from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.two_views import two_views
-from analysis.gap.series import Series
+from analysis.gap.series import Series, layouts_of
 from analysis.gap.thresholds import NEGLIGIBLE, SIGNIFICANCE
 from ovines.recording_schema import PLACEMENT_SD_M
 
 Array = NDArray[np.float64]
+# No drive's frequency is known better than to this share.
+LEAST_RATIO_SD = 1e-7
 # Two markers lie along a line: they say nothing of what is across.
 MARKERS_OF_A_LINE = 2
 
@@ -46,8 +49,8 @@ def measurement_tests(series: Series) -> MeasurementTests:
     """All measurement tests that the series' entry allows."""
     findings: dict[str, Finding] = {}
     notes: list[str] = []
-    views, strains = two_views(series, notes), _strains(series)
-    for finding in (_frame_rate(series), _length_scale(strains), *speed_noise(series), *views.findings):
+    views, strains = two_views(series, notes), _strains(series, series.layouts)
+    for finding in (_frame_rate(series), _length_scale(series, strains), *speed_noise(series), *views.findings):
         if finding is not None:
             # A delay that changes within a run moves the Host along its velocity, as late frames do.
             passes = views.change is not None and finding.effect == "trigger_jitter"
@@ -69,21 +72,21 @@ def _frame_rate(series: Series) -> Finding | None:
             r.excitation.frequency_hz / run.data.host.frequency_hz,
             run.data.host.omega_sd_rad_per_s / run.data.host.omega_rad_per_s,
         )
-        for r, run in zip(series.recordings, series.runs, strict=True)
         if r.excitation is not None and r.excitation.frequency_hz and run.data.host.omega_rad_per_s > 0
+        else (1.0, np.inf)  # says nothing
+        for r, run in zip(series.recordings, series.runs, strict=True)
     ]
-    if not pairs:
-        return None
     ratio, sd = np.array(pairs).T
-    weight = 1 / np.maximum(sd, 1e-7) ** 2
+    told = np.count_nonzero(np.isfinite(sd))
+    if not told:
+        return None
+    sd = np.maximum(sd, LEAST_RATIO_SD)
+    weight = 1 / sd**2
     mean = float(np.sum(weight * ratio) / weight.sum())
-    spread = (
-        float(np.sqrt(np.sum(weight * (ratio - mean) ** 2) / weight.sum() / max(len(ratio) - 1, 1)))
-        if len(ratio) > 1
-        else 0.0
-    )
-    error = max(1 / np.sqrt(weight.sum()), spread, 1e-7)
-    return judge("frame_rate_error", {"ratio": (mean, error)}, abs(mean - 1), abs(mean - 1) / error)
+    spread = float(np.sqrt(np.sum(weight * (ratio - mean) ** 2) / weight.sum() / max(told - 1, 1)))
+    error = max(1 / np.sqrt(weight.sum()), spread, LEAST_RATIO_SD)
+    by_run = ByRun.of_estimates(ratio - 1, sd)
+    return judge("frame_rate_error", {"ratio": (mean, error)}, abs(mean - 1), abs(mean - 1) / error, by_run=by_run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,11 +109,11 @@ class _Strain:
         return abs(apart) > max(SIGNIFICANCE * self.apart_sd, NEGLIGIBLE["length_scale_error"])
 
 
-def _strains(series: Series) -> dict[str, _Strain]:
-    """Of the bodies with a design in ``layout_m``, from their markers' places as they were seen.  A lens field that was
-    learnt stretches the Host, which never turns, as a printer does: ``one_way`` is then said of none."""
+def _strains(series: Series, layouts: Mapping[str, Array] | None) -> dict[str, _Strain]:
+    """Of the bodies with a design in ``layout_m``, from their markers' places ``layouts`` as they were seen.  A lens
+    field that was learnt stretches the Host, which never turns, as a printer does: ``one_way`` is then said of none."""
     strains, learnt = {}, _is_learnt(series)
-    for name, layout in (series.layouts or {}).items():
+    for name, layout in (layouts or {}).items():
         body = series.recordings[0].bodies[name]
         if body.layout_m is None:
             continue
@@ -139,14 +142,27 @@ def _strains(series: Series) -> dict[str, _Strain]:
     return strains
 
 
-def _length_scale(strains: Mapping[str, _Strain]) -> Finding | None:
+def _length_scale(series: Series, strains: Mapping[str, _Strain]) -> Finding | None:
     """Reported over true length, from the markers' places against their design (both bodies), across what a printer has
     stretched."""
     if not strains:
         return None
-    scale, weight = np.array([(s.least if s.one_way else s.mean, s.sd**-2.0) for s in strains.values()]).T
-    mean, sd = float(np.sum(scale * weight) / weight.sum()), float(weight.sum() ** -0.5)
-    return judge("length_scale_error", {"scale": (1.0 + mean, sd)}, abs(mean), abs(mean) / sd)
+    stretched = [name for name, s in strains.items() if s.one_way]
+    mean, sd = _mean_strain(strains, stretched)
+    found = judge("length_scale_error", {"scale": (1.0 + mean, sd)}, abs(mean), abs(mean) / sd)
+    if not found.found or series.points is None:
+        return found
+    runs = zip(series.recordings, series.points, strict=True)
+    each = [_mean_strain(_strains(series, layouts_of([r], [points])), stretched)[0] for r, points in runs]
+    # Where markers were glued is drawn once for all runs.
+    by_run = ByRun.of_estimates(np.array(each), np.full(len(each), sd * np.sqrt(len(each))))
+    return replace(found, by_run=by_run)
+
+
+def _mean_strain(strains: Mapping[str, _Strain], stretched: Container[str]) -> tuple[float, float]:
+    """Mean over the bodies, with its sd; of those that a printer has ``stretched``, the strain across that."""
+    scale, weight = np.array([(s.least if name in stretched else s.mean, s.sd**-2.0) for name, s in strains.items()]).T
+    return float(np.sum(scale * weight) / weight.sum()), float(weight.sum() ** -0.5)
 
 
 def _printed(strains: Mapping[str, _Strain]) -> list[Structure]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.by_run import ByRun
 from analysis.gap.cause import THAN_STATED, Structure, two_sided
 from analysis.gap.finding import Finding, judge
 from analysis.gap.measurement.body_rows import body_rows
@@ -150,7 +151,8 @@ def two_views(series: Series, notes: list[str]) -> TwoViews:
     ]
     if change is not None:  # no one delay is that of all frames
         found = [replace(f, found=f.found and f.effect != "camera_clock_offset") for f in found]
-    found = [replace(f, rivals=alike[f.effect]) for f in found]
+    by_run = _by_run(a * weight[:, None], b * weight, rows.run == np.arange(len(series.runs))[:, None], inflation)
+    found = [replace(f, rivals=alike[f.effect], by_run=by_run[f.effect]) for f in found]
     return TwoViews(tuple(found), seen, change, _raised(series, solution[5], error[5], lens_px * height_per_px))
 
 
@@ -246,6 +248,14 @@ def _rivals(a: Array, b: Array, inflation: float) -> dict[str, tuple[str, ...]]:
     return {
         effect: tuple(o for o in COLUMNS if o != effect and gain[effect] - gain[o] < EQUIVALENT) for effect in COLUMNS
     }
+
+
+def _by_run(a: Array, b: Array, of_run: NDArray[np.bool_], inflation: float) -> dict[str, ByRun]:
+    """What the (weighted) equations of each run, those ``of_run`` (R, N), say of each effect, whatever the others
+    are."""
+    information = np.array([a[here].T @ a[here] for here in of_run]) / inflation
+    score = np.array([a[here].T @ b[here] for here in of_run]) / inflation
+    return {effect: ByRun.of_forms(information, score, own) for effect, own in COLUMNS.items()}
 
 
 def lens_residual(a: Array, residual: Array) -> tuple[float, bool, float]:

@@ -300,17 +300,14 @@ def _drive(
 def _measurement(
     ladder: Ladder, steps: dict[str, dict[str, Array]], by_effect: dict[str, Array], causes: Sequence[Cause]
 ) -> None:
-    """Residuals by which measurement effects and the centre marker are known: squared size over the noise's variance,
-    as measured and as it is once the effect is known."""
-    n = len(ladder.series.runs)
-    zero = np.zeros(n)
+    """Residuals by which measurement effects and the centre marker are known: what each run shows of their sizes, held
+    against what the other runs say."""
     for stages in steps.values():
-        stages["measurement"] = zero
+        stages["measurement"] = np.zeros(len(ladder.series.runs))
     for cause in causes:
-        if cause.stage != "measurement" and cause.effect != "centre_marker_offset":
+        if cause.by_run is None:
             continue
-        # What is known with an sd of one leaves a square of one.
-        before, after = np.full(n, cause.gain / n), np.full(n, 1.0 / n)
-        steps["recalibrated"]["measurement"] = steps["recalibrated"]["measurement"] + before
-        steps["with_effect"]["measurement"] = steps["with_effect"]["measurement"] + after
+        before, after, floor = cause.by_run.squares(cause.gain)
+        for name, squares in (("recalibrated", before), ("with_effect", after), ("noise_floor", floor)):
+            steps[name]["measurement"] = steps[name]["measurement"] + squares
         by_effect[cause.effect] = before - after

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.contact.middle import MASS_CENTRE_NEGLIGIBLE
+from analysis.flights.fit import ORIGIN
+from analysis.gap.by_run import ByRun
 from analysis.gap.cause import Cause
-from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.fit import FlightFit, prior_of
 from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.series import Series
 from analysis.gap.thresholds import (
@@ -128,4 +130,14 @@ def _centre_marker(series: Series, flight: FlightFit, impacts: ImpactFit | None,
         (size / sd) ** 2,
         "x",
         "all",
+        by_run=_origin_by_run(flight).moved(offset),
     )
+
+
+def _origin_by_run(flight: FlightFit) -> ByRun:
+    """How far the origin of the NES's markers lies from the fitted one, as each run's flights say."""
+    columns, forms = list(flight.columns), flight.forms
+    at, own = forms.at(columns), [columns.index(name) for name in ORIGIN]
+    prior = prior_of(columns, forms.contact_radius_m)
+    prior[own] = 0.0
+    return ByRun.of_forms(forms.information[:, at][:, :, at] + np.diag(prior), forms.score[:, at], own)

@@ -20,12 +20,16 @@ from analysis.contact.restitution import restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.selection.impacts.covariates import covariates
 from analysis.gap.selection.impacts.fit import ImpactFit
+from analysis.statistics.robust import least_squares
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of
 
 Array = NDArray[np.float64]
 # Slip over normal impulse at which the free tangential law may bend: from pure stick to pure slide on this rig.
 KNOTS = (0.05, 0.15, 0.3, 0.5, 0.8, 1.2)
+# A column counts whose part that no other has is this share of the largest; so many impacts must be left over from all
+# columns to tell what scatters.
+LEAST_OWN, LEAST_FREEDOM = 1e-9, 10
 
 
 def impact_floor(
@@ -41,12 +45,13 @@ def impact_floor(
     terms = _of_impacts(laws)
     sized = _sized(terms, impacts, fits)
     design = _with_laws(data, restitution_terms, terms, sized)
-    c = fit_restitution(data, design)[0]
+    c, _, scatter = fit_restitution(data, design)[:3]
     table = np.column_stack(
         [np.ones(len(data)), *covariates(data).values(), np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)]
     )
     speed = np.column_stack([np.exp(-data.before / s) for s in (0.4, 1.5)])
-    normal = _left_over(data.after, data.before[:, None] * np.column_stack([design, table[:, 1:], speed]))
+    normal_sd = np.hypot(data.normal_sd, scatter * data.before)
+    normal = _left_over(data.after, data.before[:, None] * np.column_stack([design, table[:, 1:], speed]), normal_sd)
     # One impact ahead the normal impulse is the predicted one.
     impulse = data.before + data.by_laws + (design @ c) * data.before
     law = impacts.tangential_impulse(replace(data, normal_impulse=impulse))
@@ -55,8 +60,8 @@ def impact_floor(
     along = [_lever(term.target, data, impulse, radius_m) * size for term, size in zip(terms, sized.T, strict=True)]
     columns = np.column_stack([law, impulse[:, None] * table, *along])
     turn = radius_m * data.inertia_factor
-    spin = _left_over((data.angular + data.tangential_impulse) / turn, columns)
-    return np.column_stack([normal, _left_over(data.tangential_impulse, columns)]), spin
+    spin = _left_over((data.angular + data.tangential_impulse) / turn, columns, data.angular_sd / turn)
+    return np.column_stack([normal, _left_over(data.tangential_impulse, columns, data.tangential_sd)]), spin
 
 
 def scatter_beside(
@@ -102,11 +107,12 @@ def _tangential_columns(data: LawData, impulse: Array) -> Array:
     return np.column_stack([sign * ratio, *[sign * np.maximum(ratio - k, 0.0) for k in KNOTS]])
 
 
-def _left_over(y: Array, columns: Array) -> Array:
-    """Residual (K,) of a least-squares fit, scaled so that its rms is that of the errors themselves."""
-    q, r = np.linalg.qr(columns)
-    q = q[:, np.abs(np.diag(r)) > 1e-9 * np.abs(np.diag(r)).max()]
+def _left_over(y: Array, columns: Array, sd: Array) -> Array:
+    """Residual (K,) of a fit that a few blows of another kind (into a corner) do not move, scaled so that its rms is
+    that of the errors themselves."""
+    q, r = np.linalg.qr(columns / sd[:, None])
+    q = q[:, np.abs(np.diag(r)) > LEAST_OWN * np.abs(np.diag(r)).max()]
     freedom = len(y) - q.shape[1]
-    if freedom < 10:
+    if freedom < LEAST_FREEDOM:
         return np.full(len(y), np.nan)
-    return (y - q @ (q.T @ y)) * np.sqrt(len(y) / freedom)
+    return sd * least_squares(q, y / sd, np.ones(len(y))).residual * np.sqrt(len(y) / freedom)
