@@ -15,7 +15,6 @@ from typing import Any, Literal
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -104,9 +103,10 @@ def place_labels(ax: Axes, grown: float = 1.0) -> None:
         ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-0.42 * grown, 0, inches))
 
 
-def logarithmic(axis: Axis) -> None:
+def logarithmic(ax: Axes, which: Literal["x", "y"]) -> None:
     """A logarithmic axis whose labels stand apart: 1, 2 and 5 of each decade as plain numbers, however short it is."""
-    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+    (ax.set_xscale if which == "x" else ax.set_yscale)("log")
+    axis = ax.xaxis if which == "x" else ax.yaxis
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())

@@ -167,14 +167,14 @@ def flights_figure(errors: list[FlightErrors], chosen: FlightErrors) -> Figure:
         mec=RED,
         label="shown below",
     )
-    logarithmic(ax.xaxis)
-    logarithmic(ax.yaxis)
+    logarithmic(ax, "x")
+    logarithmic(ax, "y")
     label(ax, "recalibrated (mm RMS)", "with the effect (mm RMS)", "each flight")
     legend(ax, loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=1)
     ax = axes[0, 1]
     for values, colour, name in ((a, RED, "recalibrated"), (b, BLUE, "with the effect")):
         ax.plot(np.sort(values), np.arange(1, len(values) + 1) / len(values), color=colour, lw=1.3, label=name)
-    logarithmic(ax.xaxis)
+    logarithmic(ax, "x")
     label(ax, "error of a flight (mm RMS)", "share of the flights below")
     legend(ax)
     return figure
