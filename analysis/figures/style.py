@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
@@ -100,6 +101,15 @@ def place_labels(ax: Axes, grown: float = 1.0) -> None:
         ax.xaxis.set_label_coords(0.5, 0.0, ax.transAxes + ScaledTranslation(0, -0.27 * grown, inches))
     if ax.get_ylabel():
         ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-0.42 * grown, 0, inches))
+
+
+def logarithmic(ax: Axes, which: Literal["x", "y"]) -> None:
+    """A logarithmic axis whose labels stand apart: 1, 2 and 5 of each decade as plain numbers, however short it is."""
+    (ax.set_xscale if which == "x" else ax.set_yscale)("log")
+    axis = ax.xaxis if which == "x" else ax.yaxis
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def legend(ax: Axes, **options: Any) -> None:

@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from analysis.comparison.simulated_rig import simulated_wall
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.stated_terms import DRIFT_OF_RUN, share_at_start
 from analysis.gap.estimates import LAW, Estimates, value_of
 from analysis.gap.ladder import Ladder
+from analysis.walls.drawn import identified_wall
+from analysis.walls.outlines import TURN
 from ovines.core.effects import EFFECTS
 from ovines.recording_schema import Nominal
+
+# Lengths are written to a tenth of a micrometre: no wall is known better.
+LENGTH_DIGITS = 7
 
 
 def plain(value: Any) -> Any:
@@ -27,12 +36,19 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[str, float]) -> str:
+def model_section(
+    summary: dict[str, Any],
+    model: Nominal | None,
+    values: dict[str, float],
+    lengths: Mapping[str, Any] | None = None,
+) -> str:
     """The improved nominal model as the ``[model]`` section of recording.toml: known effects and the ones found, with
-    their sizes, and the parameters' ``values`` beside them (:func:`model_values`).
+    their sizes, and the parameters' ``values`` beside them (:func:`model_values`); ``lengths`` of the wall, where the
+    stated ones are wrong, before it (:func:`wall_lengths`).
     """
     known = list(model.effects) if model else ["floor_friction", "spin_coupling"]
-    added = [name for name in summary["effects"] if name not in known]
+    # A wall elsewhere than stated is no effect of a simulator: it takes the lengths that it is given.
+    added = [name for name in summary["effects"] if name not in known and name in EFFECTS]
     if "floor_friction" in added and "spin_coupling" not in known:
         added.append("spin_coupling")
     lines = [
@@ -52,7 +68,32 @@ def model_section(summary: dict[str, Any], model: Nominal | None, values: dict[s
         if any(p.default is None and p.name not in inside for p in EFFECTS[effect].parameters):
             continue  # a recoil of a disk whose mass nobody has told
         lines += ["", f"[model.effect_parameters.{effect}]", *(f"{n} = {v:.6g}" for n, v in inside.items())]
+    if lengths:
+        told = [f"{name} = {json.dumps(value)}" for name, value in lengths.items()]
+        lines = ["# in place of the same keys of [bodies.host] in recording.toml", "[bodies.host]", *told, "", *lines]
     return "\n".join(lines) + "\n"
+
+
+def wall_lengths(ladder: Ladder, estimates: Estimates) -> dict[str, Any]:
+    """The wall's lengths as identified (m), by the keys of ``[bodies.host]``; none where the stated ones hold.
+
+    Of flat sides their distances from their common centre: where it lies, and how the sides are turned together, are
+    effects and placement of their own."""
+    if not any(cause.effect == "stated_radius" for cause in ladder.causes):
+        return {}
+    recording = ladder.measured.recordings[0]
+    host, nes = recording.settings.bodies.host, recording.settings.bodies.nes
+    assert host is not None and nes is not None, "no wall without a Host and a disk"
+    wall = identified_wall(estimates.with_effect.table, recording)
+    wall = wall.moved({TURN: -wall.values().get(TURN, 0.0)})
+    wall = wall.shifted(-wall.centre_m)
+    drawn = simulated_wall(wall, nes.radius_m)
+    lengths = {
+        "inner_radius_m": drawn["radius_m"],
+        "polygon_m": drawn["polygon_m"],
+        "obstacle_radius_m": drawn["obstacle_radius_m"],
+    }
+    return {name: np.round(value, LENGTH_DIGITS).tolist() for name, value in lengths.items() if value is not None}
 
 
 def _within(name: str, value: float) -> float:

@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--write-model",
         type=Path,
         metavar="FILE",
-        help="write the nominal model with the effect added, as a [model] section",
+        help="write the nominal model with the effect added, as a [model] section (and [bodies.host], of another wall)",
     )
     parser.add_argument(
         "--law",
@@ -107,7 +107,8 @@ def run(args: argparse.Namespace) -> int:
         _write(answer, args, owner, out)
         bar.update()
         if args.write_model is not None:
-            write_text_whole(model_section(answer.summary, recordings[0].model, answer.values), args.write_model)
+            model = model_section(answer.summary, recordings[0].model, answer.values, answer.lengths)
+            write_text_whole(model, args.write_model)
         bar.update()
         lines = [answer_in_words(answer.summary), *details(answer.summary)]
         for line in lines:
@@ -118,13 +119,14 @@ def run(args: argparse.Namespace) -> int:
 
 class _Answer(NamedTuple):
     """What was found: for diagnosis.json, the predictions, the laws, how to ``draw`` the page, ``values`` for a
-    ``[model]`` by name, and the files that were read."""
+    ``[model]`` and ``lengths`` for a ``[bodies.host]`` by name, and the files that were read."""
 
     summary: dict[str, Any]
     predictions: pd.DataFrame
     laws: Sequence[LawFound]
     draw: Callable[[], Page]
     values: dict[str, float]
+    lengths: Mapping[str, Any]
     sources: Mapping[str, Path]
 
 
@@ -146,14 +148,14 @@ def _of_impacts(args: argparse.Namespace, recordings: Sequence[Recording], bar: 
     predictions = pd.DataFrame({name: [] for name in TABLES["predictions"].names})
     draw = partial(impacts_page, summary, args.series.resolve().name, len(recordings))
     values = {n: one["with_effect"] for n, one in summary["nominal"].items() if np.isfinite(one["with_effect"])}
-    return _Answer(summary, predictions, (), draw, values, sources)
+    return _Answer(summary, predictions, (), draw, values, {}, sources)
 
 
 def _of_motion(args: argparse.Namespace, recordings: Sequence[Recording], out: Path, bar: Any) -> _Answer:
     """The diagnosis of a series with its motion."""
     import numpy as np
 
-    from analysis.gap.answer import model_values
+    from analysis.gap.answer import model_values, wall_lengths
     from analysis.gap.diagnose import diagnose
     from analysis.gap.page.gap_page import gap_page
 
@@ -169,6 +171,7 @@ def _of_motion(args: argparse.Namespace, recordings: Sequence[Recording], out: P
         diagnosis.laws,
         partial(gap_page, diagnosis, args.series.resolve().name),
         model_values(diagnosis.ladder, diagnosis.estimates),
+        wall_lengths(diagnosis.ladder, diagnosis.estimates),
         sources,
     )
 

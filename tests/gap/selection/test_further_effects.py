@@ -173,10 +173,8 @@ def test_withheld_it_is_unknown_where_it_lies(diagnosed, without_laws, effect, s
         ("nes_rocking", 0.35, 21),
         *(
             pytest.param(one, 1.0, 23, marks=pytest.mark.long)
-            for one in ("wall_lobes", "inertia_error", "host_recoil", "host_ringing", "host_sway")
+            for one in ("wall_lobes", "inertia_error", "host_recoil", "host_ringing", "host_sway", "motion_blur")
         ),
-        # Known fault: a second diagnosis calls something unknown beside a blur that [model] states.
-        pytest.param("motion_blur", 1.0, 23, marks=[pytest.mark.long, pytest.mark.xfail(strict=True)]),
     ],
 )
 def test_the_model_that_is_written_leaves_nothing(diagnosed, request, tmp_path, effect, size, seed):

@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from analysis.figures.style import BLACK, BLUE, DEG, GREY, RED, label, legend, new_figure
+from analysis.figures.style import BLACK, BLUE, DEG, GREY, RED, label, legend, logarithmic, new_figure
 from analysis.flights.cutting.first_wall import from_host
 from analysis.flights.cutting.runs import Run
 from analysis.gap.ladder import Ladder
@@ -167,14 +167,14 @@ def flights_figure(errors: list[FlightErrors], chosen: FlightErrors) -> Figure:
         mec=RED,
         label="shown below",
     )
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    logarithmic(ax, "x")
+    logarithmic(ax, "y")
     label(ax, "recalibrated (mm RMS)", "with the effect (mm RMS)", "each flight")
     legend(ax, loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=1)
     ax = axes[0, 1]
     for values, colour, name in ((a, RED, "recalibrated"), (b, BLUE, "with the effect")):
         ax.plot(np.sort(values), np.arange(1, len(values) + 1) / len(values), color=colour, lw=1.3, label=name)
-    ax.set_xscale("log")
+    logarithmic(ax, "x")
     label(ax, "error of a flight (mm RMS)", "share of the flights below")
     legend(ax)
     return figure
