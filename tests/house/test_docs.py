@@ -112,6 +112,24 @@ def offered() -> list[tuple[str, str]]:
     ]
 
 
+def test_every_function_between_the_rooms_is_in_the_reference():
+    """By their names in the table of docs/architecture.md: functions, and methods as ``Class.method``."""
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = text.split("## The functions between the rooms")[1].split("\n\n")[2]
+    named = {
+        re.sub(r"\(.*", "", code)
+        for row in table.splitlines()[2:]
+        for code in re.findall(r"`([^`]+)`", row.split("|")[2])
+    }
+    blocks = (ROOT / "docs" / "reference" / "python.md").read_text(encoding="utf-8").split("\n::: ")[1:]
+    methods = {
+        f"{block.split()[0].rpartition('.')[2]}.{name}"
+        for block in blocks
+        for name in (re.search(r"members: \[(.*)\]", block) or ["", ""])[1].split(", ")
+    }
+    assert len(named) >= 30 and not named - {name for _, name in offered()} - methods
+
+
 @pytest.fixture(scope="module")
 def calibrated_once() -> Iterator[None]:
     """The notebook and the example of `calibrate` calibrate the same pictures: once does."""

@@ -93,6 +93,18 @@ def learn_lens_field(
     -------
     A field per camera where one lowers the misfit of the halves of the runs that it was not learnt from by more than
     chance; else none, and ``lens_terms`` says why.
+
+    Examples
+    --------
+    Do two runs show anything that the lens models leave over?
+
+    >>> from ovines.notebook import read_calibration, read_series, read_table
+    >>> from vision.lens.estimate import learn_lens_field
+    >>> recordings = read_series("sample_data/series_tilted")[:2]
+    >>> tracks = [read_table(one.folder / "tracks.parquet", "tracks") for one in recordings]
+    >>> learnt = learn_lens_field(tracks, recordings, read_calibration(recordings[0].calibration_file))
+    >>> learnt.field is None, learnt.note.split(":")[0]
+    (True, 'no lens field is used')
     """
     named = set().union(*(one["camera"].unique() for one in tracks)) if tracks else set()
     pair = sorted((camera for camera in cameras if camera.name in named), key=lambda camera: camera.name)
