@@ -84,15 +84,20 @@ def learn_lens_field(
 
     Parameters
     ----------
-    tracks : table ``tracks`` of each run (window pixels)
-    recordings : the runs they belong to
-    cameras : as calibrated; the two that the tracks name are used
-    covariance : table ``calibration_covariance``, where there is one
+    tracks
+        Table ``tracks`` of each run (window pixels).
+    recordings
+        The runs they belong to.
+    cameras
+        As calibrated; the two that the tracks name are used.
+    covariance
+        Table ``calibration_covariance``, where there is one.
 
     Returns
     -------
-    A field per camera where one lowers the misfit of the halves of the runs that it was not learnt from by more than
-    chance; else none, and ``lens_terms`` says why.
+    LensEstimate
+        A field per camera where one lowers the misfit of the halves of the runs that it was not learnt from by more
+        than chance; else none, and ``lens_terms`` says why.
 
     Examples
     --------
