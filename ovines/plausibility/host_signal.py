@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ovines.plausibility.doubt import FEWEST, G_M_PER_S2, Doubt
 from ovines.recording import Recording
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # The drive that the Host follows against the one that was asked for: shakers keep their frequency to 1e-4, and a run of
@@ -19,7 +20,6 @@ PERIODS = 3  # fewer periods of a drive in a run say little about its frequency
 # Orders of the differences that tell noise from motion: the 6th leaves nothing of a drive at a fortieth of the frame
 # rate, the 10th nothing of one at a tenth; the smaller scatter counts.
 ORDERS = (6, 10)
-MEDIAN_OF_ABS = 0.6745  # of a normal distribution of sd 1
 SD_FACTOR = 2.0  # correlated noise makes the factor smaller, never larger
 LEVEL_FACTOR = 1.5  # a shaker's level is set to some per cent
 LEADS = 0.5  # share of the whole movement that the strongest sine must explain to be the drive
@@ -122,7 +122,7 @@ def scatter(frames: NDArray[np.int64], values: Array, order: int) -> float | Non
     left = left[np.isfinite(left)]
     if len(left) < FEWEST:
         return None
-    return float(np.median(left)) / MEDIAN_OF_ABS / math.sqrt(math.comb(2 * order, order))
+    return residual_sd(left) / math.sqrt(math.comb(2 * order, order))
 
 
 def dominant(times_s: Array, places: Array) -> tuple[float, float] | None:

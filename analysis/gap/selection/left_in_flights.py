@@ -26,6 +26,7 @@ from analysis.gap.selection.flights.missing_acceleration import (
     residual_frames,
 )
 from analysis.gap.selection.null_distribution import by_chance
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # Bins of a covariate, drawn turns, and pieces that are enough to ask.
@@ -107,7 +108,7 @@ def _standard(acceleration: Array, weight: Array) -> Array:
     """Accelerations over their scatter, drawn in where far off; 0 where unknown."""
     z = acceleration * np.sqrt(weight)
     known = np.isfinite(z)
-    scale = max(float(np.median(np.abs(z[known]))) / 0.6745, 1e-300) if known.any() else 1.0
+    scale = max(residual_sd(z[known]), 1e-300) if known.any() else 1.0
     return np.where(known, np.clip(np.nan_to_num(z) / scale, -CUT_SD, CUT_SD), 0.0)
 
 

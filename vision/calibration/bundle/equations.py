@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ovines.robust import huber_loss, huber_weight
 from vision.calibration.bundle.unknowns import (
     FIXED,
     N_CAMERA,
@@ -195,8 +196,8 @@ def rows_of(sightings: Sequence[Sighting], state: State, setting: Setting) -> It
         residual = np.concatenate([one.uv_px for one in own]) - seen.uv
         sigma = np.repeat([one.share * setting.sigma_px[c] for one in own], counts)
         length = np.hypot(*residual.T) / sigma
-        cost = np.where(length < HUBER, length**2, 2 * HUBER * length - HUBER**2).sum()
-        weight = np.sqrt(np.minimum(1.0, HUBER / np.maximum(length, 1e-12))) / sigma
+        cost = huber_loss(length, HUBER).sum()
+        weight = np.sqrt(huber_weight(length, HUBER)) / sigma
         plain = np.empty((len(residual), 2, N_CAMERA))
         plain[..., :N_INTRINSICS] = seen.by_lens * (setting.free[c] * weight[:, None])[:, None]
         plain[..., N_INTRINSICS:] = seen.by_camera * (setting.camera_poses_free * weight)[:, None, None]
