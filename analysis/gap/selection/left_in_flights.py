@@ -83,7 +83,9 @@ def left_in_flights(
 def _best_pair(pieces: pd.DataFrame, rng: np.random.Generator) -> tuple[float, float, float, str, str]:
     """Gain, probability by chance, size, component and covariate of the best pair."""
     components = [c for c in COMPONENTS if pieces[c].notna().mean() > 0.5]
-    covariates = [c for c in pieces if c not in (*COMPONENTS, "number", "weight", "run")]
+    covariates = [  # some that nobody measured in any piece tell nothing
+        c for c in pieces if c not in (*COMPONENTS, "number", "weight", "run") and pieces[c].notna().any()
+    ]
     weight = pieces["weight"].to_numpy(float)
     values = np.stack([_standard(pieces[c].to_numpy(float), weight) for c in components])
     run = np.unique(pieces["run"], return_inverse=True)[1]
@@ -115,8 +117,6 @@ def _standard(acceleration: Array, weight: Array) -> Array:
 def _bins(values: Array, circular: bool) -> NDArray[np.int64]:
     """Bin of each piece: equal parts of a circle, else equal numbers; -1 where the covariate is unknown."""
     known = np.isfinite(values)
-    if not known.any():
-        return np.full(len(values), -1)
     if circular:
         at = np.floor((values + 180.0) / 360.0 * BINS)
     else:
