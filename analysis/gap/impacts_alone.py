@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact.effect_rows import told_effects
+from analysis.contact.effect_rows import reported_effects
 from analysis.contact.given_impacts import given_law_data, part_of
 from analysis.contact.law import Law, LawData, fit_law, fit_restitution, predicted_tangential
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
@@ -63,7 +63,7 @@ def diagnose_impacts(
     causes, terms, _, left, probes, structure = select_laws(fit, held, finite, withheld, null)
     table = _identified(tables, recordings, [cause.effect for cause in causes])
     plain = _identified(tables, recordings, []) if causes else table
-    told = told_effects(table, [cause.effect for cause in causes])
+    told = reported_effects(table, [cause.effect for cause in causes])
     causes = [replace(cause, parameters=told.get(cause.effect, cause.parameters)) for cause in causes]
     structure += _scatter(data, terms, structure)
     gained = [gain.gain for gain in probes if gain.residual == "restitution"]
