@@ -20,7 +20,7 @@ from ovines.recording import Recording
 from vision.calibration.advice import EXTRINSIC, advise, coverage, length_advice
 from vision.calibration.all_cameras import raise_world, solved_together
 from vision.calibration.bundle.equations import project
-from vision.calibration.bundle.unknowns import N_CAMERA, Adjusted, Sighting, State
+from vision.calibration.bundle.unknowns import N_CAMERA, Adjusted, Observation, State
 from vision.calibration.images import read_views
 from vision.calibration.shared_views import taken_at_once
 from vision.calibration.single_camera import (
@@ -200,11 +200,11 @@ def _refuse_swapped(
         pose = board_pose(board.points_m()[view.points], view.uv_px, solved.lens(0))
         if pose is None:
             return np.inf
-        sighting = Sighting(0, 0, False, board.points_m()[view.points], view.uv_px)
+        observation = Observation(0, 0, False, board.points_m()[view.points], view.uv_px)
         state = State(
             solved.intrinsics, np.eye(3)[None], np.zeros((1, 3)), pose[0][None], pose[1][None], solved.splines
         )
-        return float(np.mean((view.uv_px - project(sighting, state, singles[camera].setting)[0]) ** 2))
+        return float(np.mean((view.uv_px - project(observation, state, singles[camera].setting)[0]) ** 2))
 
     a, b = names
     noise = max(s.adjusted.sigma_px[0] for s in singles.values())

@@ -11,8 +11,8 @@ from ovines.core.compiled import compiler, inlined, stamp_above
 # Sums may be reordered; not "nnan": comparisons with NaN must stay false.
 FAST = {"reassoc", "contract", "arcp", "nsz"}
 
-#: files whose types compiled code takes, though they compile nothing themselves
-CONSTANTS = ("tracking/bodies/arrays.py",)
+#: files whose types or numbers compiled code takes, though they compile nothing themselves
+CONSTANTS = ("tracking/bodies/arrays.py", "../ovines/robust.py")
 
 STAMP = stamp_above(Path(__file__).parent, CONSTANTS)
 compiled = compiler(STAMP)

@@ -38,7 +38,24 @@ def check_run(
     """Table ``checks`` of a run, a row as `analysis.checks.row.Row` says.
 
     ``motion``, ``impacts``, ``flights``, ``thesis`` (thesis_impacts; None: not compared) and ``points`` (None: the
-    recording enters later) are the world's tables of that run."""
+    recording enters later) are the world's tables of that run.
+
+    Examples
+    --------
+    Which checks fail, and the verdict.
+
+    >>> from ovines.notebook import analyse, identify, read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> cameras = read_calibration(recording.calibration_file)
+    >>> points = triangulate(read_table(recording.folder / "tracks.parquet", "tracks"), cameras, recording)
+    >>> motion = analyse(points, recording)
+    >>> motion = motion[motion["time_s"] < 0.6]
+    >>> found = identify(motion, recording)
+    >>> from analysis.checks.recording import check_run, verdict
+    >>> checks = check_run(found.rig, 0, motion, recording, found.impacts, found.flights, None, points)
+    >>> len(checks), checks.loc[checks["state"] == "fails", "check"].tolist(), verdict(checks)[0]
+    (17, [], 'Good')
+    """
     wall = stated_wall(recording)
     farthest_m = float(np.nanmax(motion_gaps(motion, wall), initial=-wall.size_m))
     rows: list[Row | None] = check_motion(rig, run, motion, recording, impacts, flights, thesis)
@@ -50,6 +67,16 @@ def check_run(
 def verdict(checks: pd.DataFrame) -> tuple[str, list[str], list[str]]:
     """("Good" | "Doubtful" | "Do not use", parameters not to use, what to do) of one run's table ``checks`` or several
     one under the other.
+
+    Examples
+    --------
+    What a run may be used for whose restitution failed a check.
+
+    >>> import pandas as pd
+    >>> from analysis.checks.recording import verdict
+    >>> failed = {"check": "impacts", "state": "fails", "parameters": "restitution", "do": "film more impacts"}
+    >>> verdict(pd.DataFrame([failed]))
+    ('Doubtful', ['restitution'], ['film more impacts'])
     """
     failed = checks[checks["state"] == "fails"]
     if not len(failed):

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact.effect_rows import told_effects
+from analysis.contact.effect_rows import reported_effects
 from analysis.contact.wall_fit import contact_time_s
 from analysis.flights.stated_terms import drift_from_the_start, held_laws, stated_sizes
 from analysis.motion.bodies import INERTIA_OF_A_DISK
@@ -100,7 +100,7 @@ def _sizes(
     sizes = {name: dict(one) for name, one in stated_sizes(recording.model).items()}
     if identification is None:
         return sizes
-    for name, told in told_effects(identification, effects).items():
+    for name, told in reported_effects(identification, effects).items():
         sizes[name] = sizes.get(name, {}) | EFFECTS[name].nearest({p: value for p, (value, _) in told.items()})
     drift = identification.loc[identification["parameter"] == "friction_drift_per_s", "value"]
     if "friction_drift" in effects and len(drift) and np.isfinite(drift.iloc[0]):

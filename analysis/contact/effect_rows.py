@@ -19,7 +19,7 @@ Sized = dict[str, tuple[float, float]]
 NO_DIRECTION = 1e-12
 
 
-def told_effects(table: pd.DataFrame, names: Sequence[str]) -> dict[str, Sized]:
+def reported_effects(table: pd.DataFrame, names: Sequence[str]) -> dict[str, Sized]:
     """Parameters (value, sd) of the effects ``names`` as table ``identification`` tells them, in the world; without
     those of which it has no row with a value."""
     rows = {str(row.parameter): (float(row.value), float(row.sd)) for row in table.itertuples()}

@@ -141,7 +141,24 @@ class Impacts:
 
 
 def intersect(fits: Sequence[FlightFits]) -> Junctions:
-    """Junctions of joined flights in the runs of a series; flights that do not intersect near their gap have none."""
+    """Junctions of joined flights in the runs of a series; flights that do not intersect near their gap have none.
+
+    Examples
+    --------
+    When flights meet, from the middle of the run.
+
+    >>> from ovines.notebook import analyse, identify, read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> cameras = read_calibration(recording.calibration_file)
+    >>> points = triangulate(read_table(recording.folder / "tracks.parquet", "tracks"), cameras, recording)
+    >>> motion = analyse(points, recording)
+    >>> motion = motion[motion["time_s"] < 0.6]
+    >>> rig = identify(motion, recording).rig
+    >>> from analysis.contact.impacts import intersect
+    >>> junctions = intersect(rig.floor.fits)
+    >>> len(junctions), junctions.time_s[:3].round(3).tolist()
+    (9, [-0.271, -0.241, -0.177])
+    """
     return _intersected(tuple(fits))
 
 
@@ -277,7 +294,25 @@ def _host_covariance(run: RunData, moments: Array, pose: Array, places: Array) -
 
 
 def measure(junctions: Junctions, wall: Wall) -> Impacts:
-    """Normal and tangential speeds, gap and their covariance, for a wall that is known."""
+    """Normal and tangential speeds, gap and their covariance, for a wall that is known.
+
+    Examples
+    --------
+    The restitution of each impact against the wall as recording.toml states it.
+
+    >>> from ovines.notebook import analyse, identify, read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> cameras = read_calibration(recording.calibration_file)
+    >>> points = triangulate(read_table(recording.folder / "tracks.parquet", "tracks"), cameras, recording)
+    >>> motion = analyse(points, recording)
+    >>> motion = motion[motion["time_s"] < 0.6]
+    >>> rig = identify(motion, recording).rig
+    >>> from analysis.contact.impacts import intersect, measure
+    >>> from analysis.walls.drawn import stated_wall
+    >>> impacts = measure(intersect(rig.floor.fits), stated_wall(recording))
+    >>> (impacts.value[:, 1] / impacts.value[:, 0]).round(2).tolist()
+    [0.71, 0.71, 0.71, 0.71, 0.71, 0.71, 0.71, 0.71, 0.71]
+    """
     state, count = junctions.state, len(junctions)
     place = _place(state, np.zeros(count), junctions, wall)
     surface = wall.hit(place, junctions.host[:, 3], state[:, 9:11] - state[:, 3:5])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from analysis.contact.impacts import Impacts
 from analysis.contact.law import FEWEST_FOR_SPEED_FLOOR, SPEED_FLOOR_M_PER_S, LawData, law_data
 from analysis.statistics.gain import CUT_SD, regress
+from ovines.robust import huber_loss, huber_weight
 
 Array = NDArray[np.float64]
 # Errors of an impulse beyond the flights' covariance, as a share of the normal one, as the angular probes have it.
@@ -48,17 +49,12 @@ def spin_balance(impacts: Impacts, used: NDArray[np.bool_], radius_m: float, ine
         ratio, weight = 1.0, 1 / variance
         for _ in range(4):
             ratio = float(np.sum(weight * turned * data.tangential_impulse) / np.sum(weight * turned**2))
-            z2 = (data.tangential_impulse - ratio * turned) ** 2 / variance
-            weight = np.minimum(1.0, BALANCE_CLIP_SD / np.sqrt(np.maximum(z2, 1e-12))) / variance
-        cost = float(np.sum(_huber(z2, BALANCE_CLIP_SD) + np.log(variance)))
+            z = (data.tangential_impulse - ratio * turned) / np.sqrt(variance)
+            weight = huber_weight(z, BALANCE_CLIP_SD) / variance
+        cost = float(np.sum(huber_loss(z, BALANCE_CLIP_SD) + np.log(variance)))
         if cost < best[0]:
             best = (cost, ratio, float(np.sum(weight * turned**2) ** -0.5), float(floor))
     return SpinBalance(*best[1:])
-
-
-def _huber(z2: Array, clip: float) -> Array:
-    """Huber's loss of squared errors ``z2`` (K,), linear beyond ``clip``."""
-    return np.where(z2 < clip**2, z2, 2 * clip * np.sqrt(z2) - clip**2)
 
 
 @dataclass(frozen=True, eq=False)

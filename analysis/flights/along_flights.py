@@ -24,6 +24,7 @@ from analysis.flights.fit import FlightFits, with_contacts_before, with_impact_b
 from analysis.flights.noise import CLIP_SD
 from analysis.motion.host_table import host_at
 from ovines.core.laws import words as W
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # Of the polynomial that leads a path to its frames, and how many frames each of its degrees needs.
@@ -49,7 +50,7 @@ def _missed(fits: FlightFits, k: int, times: Array) -> Array:
         sd = run.angle_sd_rad[index] if m == ANGLE else run.xy_sd_m[index]
         if not np.median(sd) < NO_ANGLE_SD_RAD:
             continue
-        limit = CLIP_SD * np.median(np.abs(residual[:, m])) / 0.6745
+        limit = CLIP_SD * residual_sd(residual[:, m])
         path = Legendre.fit(inside, np.clip(residual[:, m], -limit, limit), degree, domain=[-1, 1])
         out[:, m], out[:, m + 3] = path(asked), path.deriv()(asked) * 2 / span
     return out

@@ -42,8 +42,8 @@ STATE_RIDGE, LEAST_INFORMATION, SHARED_RIDGE = 1e-10, 1e-12, 1e-11
 class Evidence:
     """Quadratic form of one run in the shared unknowns ``columns`` (indices into ``SHARED``).
 
-    ``count`` observations, ``flights`` used, ``left_out`` flights (too much misfit); ``lag_product`` and ``lag_square``
-    sums of neighbouring frames' residuals' products and mean squares; ``parts``: information and score of each flight.
+    ``count`` observations, ``flights`` used, ``left_out`` flights (too much misfit); ``parts``: information and score
+    of each flight.
     """
 
     columns: tuple[int, ...]
@@ -53,14 +53,7 @@ class Evidence:
     count: int
     flights: int
     left_out: int
-    lag_product: float
-    lag_square: float
     parts: tuple[tuple[Array, Array], ...] = ()
-
-    @property
-    def lag_one(self) -> float:
-        """Correlation of neighbouring frames' residuals."""
-        return self.lag_product / self.lag_square if self.lag_square > 0 else 0.0
 
     def take(self, columns: Sequence[int]) -> tuple[Array, Array]:
         """Information and score of a subset of the columns."""
@@ -130,14 +123,14 @@ def gather(
 def weighed(run: RunRows, noise: FlightNoise) -> Evidence:
     """The quadratic form of one run, the frames' errors being ``noise``."""
     p = len(run.columns)
-    sums = np.zeros(4)
+    sums = np.zeros(2)
     informations, scores = np.zeros((len(run.flights), p, p)), np.zeros((len(run.flights), p))
     for flight, information, score in zip(run.flights, informations, scores, strict=True):
         sd = flight.sd
         white = noise.whitening(
             flight.index, flight.time_s, np.ascontiguousarray(sd[:, 0]), np.ascontiguousarray(sd[:, 2])
         )
-        _weigh(flight.index, flight.rows, flight.residual, sd, white, information, score, sums)
+        _weigh(flight, white, information, score, sums)
     return Evidence(
         run.columns,
         informations.sum(0),
@@ -146,8 +139,6 @@ def weighed(run: RunRows, noise: FlightNoise) -> Evidence:
         int(sums[1]),
         len(run.flights),
         run.left_out,
-        float(sums[2]),
-        float(sums[3]),
         tuple(zip(informations, scores, strict=True)),
     )
 
@@ -258,35 +249,17 @@ def _fill(
             rows[i, 0, known + j], rows[i, 1, known + j], rows[i, 2, known + j] = x, y, 0.0
 
 
-@making_arrays
-def _weigh(
-    index: NDArray[np.int64],
-    rows: Array,
-    residual: Array,
-    sd: Array,
-    white: tuple[Array, Array],
-    total: Array,
-    score: Array,
-    sums: Array,
-) -> None:
+def _weigh(flight: FlightRows, white: tuple[Array, Array], total: Array, score: Array, sums: Array) -> None:
     """Add what a flight says of the shared unknowns (:func:`_without_states`), its frames whitened by the triangles
-    ``white`` of places and angles (N, N); to sums 2 and 3 neighbouring frames' products and mean squares of residuals
-    over ``sd`` (N, 3), clipped."""
-    for i in range(1, len(index)):
-        if index[i] - index[i - 1] == 1:
-            for m in range(3):
-                one = min(max(residual[i - 1, m] / sd[i - 1, m], -GROSS_SD), GROSS_SD)
-                two = min(max(residual[i, m] / sd[i, m], -GROSS_SD), GROSS_SD)
-                sums[2] += one * two
-                sums[3] += 0.5 * (one * one + two * two)
-    own_rows, own = rows.copy(), residual.copy()
+    ``white`` of places and angles (N, N)."""
+    own_rows, own = flight.rows.copy(), flight.residual.copy()
     whiten(own_rows, own, white[0], white[1])
     _without_states(own_rows, own, total, score, sums)
 
 
 @making_arrays
 def _without_states(rows: Array, residual: Array, total: Array, score: Array, sums: Array) -> None:
-    """Add to ``total`` (P, P), ``score`` (P,) and ``sums`` (4,) what whitened ``rows`` (N, 3, STATES + P) say of the
+    """Add to ``total`` (P, P), ``score`` (P,) and ``sums`` (2,) what whitened ``rows`` (N, 3, STATES + P) say of the
     shared unknowns once the flight's own state is solved for.
     """
     n = len(rows)

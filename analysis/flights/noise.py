@@ -207,7 +207,21 @@ def frame_noise(flights: Sequence[StandardResiduals], period_s: float, angle: bo
     """Scale and correlation of the noise from pieces of the flights, a polynomial taken out of each; ``period_s`` from
     frame to frame in the rig's own seconds.
 
-    ``angle``: whether the angles are measured."""
+    ``angle``: whether the angles are measured.
+
+    Examples
+    --------
+    Ten flights of noise half as large again as stated, of which a share of 0.6 stays from frame to frame.
+
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> from analysis.flights.noise import StandardResiduals, frame_noise
+    >>> rng = np.random.default_rng(0)
+    >>> noise = [1.5 * lfilter([0.8], [1.0, -0.6], rng.normal(size=(200, 3)), axis=0) for _ in range(10)]
+    >>> found = frame_noise([StandardResiduals(np.arange(200), one) for one in noise], 1 / 800, angle=True)
+    >>> round(found.scale, 1), round(found.correlation, 1)
+    (1.5, 0.6)
+    """
     length = int(np.clip(round(PIECE_S / period_s), FEWEST_IN_PIECE + 2, MOST_IN_PIECE))
     pieces: dict[int, list[Array]] = {}
     for flight in flights:

@@ -315,7 +315,35 @@ def _volume_and_gain(beside: Array, kept: int) -> tuple[Array, Array]:
 
 def best_model(evidence: Sequence[ForceEvidence], priors: Sequence[Prior]) -> tuple[FlightNoise, int, float]:
     """The most likely error model, its force weighed by how likely there is one; which of the ``priors``, all of the
-    same columns, it goes with (the first unless another is surely better), and -2 log L."""
+    same columns, it goes with (the first unless another is surely better), and -2 log L.
+
+    Examples
+    --------
+    Is there a force that the law of flight does not describe: as identified, and if the floor friction were forgotten?
+
+    >>> from ovines.notebook import analyse, identify, read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> cameras = read_calibration(recording.calibration_file)
+    >>> points = triangulate(read_table(recording.folder / "tracks.parquet", "tracks"), cameras, recording)
+    >>> motion = analyse(points, recording)
+    >>> motion = motion[motion["time_s"] < 0.6]
+    >>> rig = identify(motion, recording).rig
+    >>> import numpy as np
+    >>> from analysis.flights.evidence import columns_of, linearised
+    >>> from analysis.flights.fit import fit_flights
+    >>> from analysis.flights.unknown_force import best_model, force_evidence, tried_forces
+    >>> from analysis.identification.floor.errors import noise_of
+    >>> from analysis.identification.floor.priors import lens_priors
+    >>> run, known, columns = rig.runs[0], rig.floor.fits[0], columns_of(rig.floor.names)
+    >>> for parameters in known.parameters, np.zeros_like(known.parameters):
+    ...     fits = fit_flights(run.data, run.flights, parameters, known.shared)
+    ...     rows = [linearised(fits, columns)]
+    ...     evidence = force_evidence(rows, tried_forces(rows, noise_of([fits]), run.data.radius_m))
+    ...     noise = best_model(evidence, lens_priors(columns, columns, known.shared))[0]
+    ...     print(f"{noise.acceleration_m_per_s2:.1f} m/s², probability {noise.sure:.2f}")
+    0.0 m/s², probability 0.00
+    1.3 m/s², probability 1.00
+    """
     costs = _costs(evidence, priors)
     lowest = costs.min((1, 2))
     number = int(np.argmin(lowest)) if lowest[0] - THERE > lowest.min() else 0

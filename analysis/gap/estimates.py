@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact.effect_rows import Sized, told_effects
+from analysis.contact.effect_rows import Sized, reported_effects
 from analysis.flights.cutting.runs import prepare
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.stated_terms import count_of
@@ -128,7 +128,7 @@ def _sized(cause: Cause, joint: Joint, series: Series) -> Cause:
     """``cause`` with the size that the estimator gives it, where it does."""
     if _is_held(cause):
         return cause
-    told = told_effects(joint.table, [cause.effect]).get(cause.effect, {})
+    told = reported_effects(joint.table, [cause.effect]).get(cause.effect, {})
     if cause.effect == "stated_radius":
         told = _length_off(cause, joint, series)
     if not told:

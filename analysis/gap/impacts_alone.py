@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact.effect_rows import told_effects
+from analysis.contact.effect_rows import reported_effects
 from analysis.contact.given_impacts import given_law_data, part_of
 from analysis.contact.law import Law, LawData, fit_law, fit_restitution, predicted_tangential
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
@@ -24,7 +24,7 @@ from analysis.gap.estimates import value_of
 from analysis.gap.prediction.detectable import of_impacts
 from analysis.gap.prediction.probabilities import ABSENT, probability_of, probability_of_left
 from analysis.gap.selection.impact_laws import select_laws
-from analysis.gap.selection.impact_steps import USUAL_SCATTER
+from analysis.gap.selection.impact_steps import USUAL_SCATTER, WIDE_SCATTER
 from analysis.gap.selection.null_distribution import by_chance, chance_of_misfit, impact_null_distribution
 from analysis.gap.tests_by_hand import NONE_TEST, test_by_hand, unknown_test
 from analysis.identification.given_impacts import identify_impacts
@@ -37,7 +37,6 @@ Array = NDArray[np.float64]
 FEWEST = 8
 FOLDS = 5  # of a single run's impacts, of which each is predicted by the others
 DRAWS, BAND = 400, (0.05, 0.95)
-WIDE_SCATTER = 1.35 * USUAL_SCATTER
 NOTHING = {"flight_m": None, "impact_m_per_s": None, "spin_rad_per_s": None}
 
 
@@ -64,7 +63,7 @@ def diagnose_impacts(
     causes, terms, _, left, probes, structure = select_laws(fit, held, finite, withheld, null)
     table = _identified(tables, recordings, [cause.effect for cause in causes])
     plain = _identified(tables, recordings, []) if causes else table
-    told = told_effects(table, [cause.effect for cause in causes])
+    told = reported_effects(table, [cause.effect for cause in causes])
     causes = [replace(cause, parameters=told.get(cause.effect, cause.parameters)) for cause in causes]
     structure += _scatter(data, terms, structure)
     gained = [gain.gain for gain in probes if gain.residual == "restitution"]

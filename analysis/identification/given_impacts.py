@@ -19,9 +19,9 @@ from analysis.identification.contact_law.intervals import restitution_interval, 
 from analysis.identification.contact_law.restitution_rows import (
     effect_sizes,
     few,
+    reported_restitution,
     restitution_fit,
     rows_of,
-    told_restitution,
     without_effects,
 )
 from analysis.motion.rig_frame import RigFrame
@@ -95,7 +95,7 @@ def _law(data: LawData, model: Nominal | None) -> tuple[list[tuple[str, Interval
         (value,), covariance, _, _ = fit_restitution(data)
         restitution, plain = restitution_interval(data, float(value), float(np.sqrt(covariance[0, 0]))), data
     else:
-        value, restitution, plain = fit.value, told_restitution(fit, n), without_effects(data, from_start, fit)
+        value, restitution, plain = fit.value, reported_restitution(fit, n), without_effects(data, from_start, fit)
     sliding, notes = with_slip(data), []
     best = (np.nan, np.nan)
     if len(sliding):

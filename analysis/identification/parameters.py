@@ -14,7 +14,7 @@ from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.identification.contact_law.interval import Interval, normal_interval, widened
 from analysis.identification.contact_law.intervals import restitution_interval, scatter_interval, tangential_intervals
-from analysis.identification.contact_law.restitution_rows import effect_sizes, few, rows_of, told_restitution
+from analysis.identification.contact_law.restitution_rows import effect_sizes, few, reported_restitution, rows_of
 from analysis.identification.fit import HOST_ACCELERATION_M_PER_S2, RigFit
 from analysis.identification.lens_residual import restitution_sd
 from analysis.motion.rig_frame import RigFrame
@@ -87,7 +87,7 @@ def law_intervals(rig: RigFit) -> dict[str, Interval]:
         result["restitution"] = restitution_interval(rig.data, float(value), float(np.sqrt(covariance[0, 0])))
     else:
         value = rig.restitution.value
-        result["restitution"] = told_restitution(rig.restitution, len(rig.data))
+        result["restitution"] = reported_restitution(rig.restitution, len(rig.data))
     if rig.lasting_intervals is not None:
         for name in ("wall_friction", "tangential_restitution"):
             result[name] = getattr(rig.lasting_intervals, name)
@@ -179,7 +179,7 @@ def _effect_rows(rig: RigFit, law: dict[str, Interval], frame: RigFrame) -> list
     told: dict[str, dict[str, tuple[float, float]]] = {}
     n = len(rig.data)
     if rig.restitution is not None:
-        own = told_restitution(rig.restitution, n).sd
+        own = reported_restitution(rig.restitution, n).sd
         shared = float(np.sqrt(max(law["restitution"].sd ** 2 - own**2, 0.0)))
         told = effect_sizes(rig.restitution, n, shared, frame.turn_rad)
     if rig.wall.delay_s > 0 and rig.law is not None:

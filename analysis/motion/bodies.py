@@ -127,6 +127,19 @@ def motion_from_points(
     :func:`layouts_from_points`) hands in those of a whole series.  A body with fewer than two markers in a frame has
     nulls there.  Velocities are slopes of local parabolas over 7 frames (null at gaps); they are for looking, the
     identification fits positions.
+
+    Examples
+    --------
+    How well is the disk's place known, and how many of its markers were seen at least?
+
+    >>> from ovines.notebook import read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> cameras = read_calibration(recording.calibration_file)
+    >>> points = triangulate(read_table(recording.folder / "tracks.parquet", "tracks"), cameras, recording)
+    >>> from analysis.motion.bodies import motion_from_points
+    >>> motion = motion_from_points(points, recording)
+    >>> f"{1e6 * motion['nes_x_sd_m'].median():.0f} µm", int(motion["nes_markers"].min())
+    ('11 µm', 3)
     """
     frames, times = frames_and_times(points, recording)
     found = poses(points, recording, layouts)

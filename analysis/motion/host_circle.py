@@ -27,6 +27,19 @@ def host_circle(points: pd.DataFrame, recording: Recording) -> pd.DataFrame:
     circle through all Host markers seen (three or more), ``fit_residual_m`` their RMS distance from it (null
     for three: a circle through three points leaves nothing over).  A circle whose markers are not all seen,
     or lie on one line, is null.
+
+    Examples
+    --------
+    The radius of the circle through the Host's markers, and how far they are off it.
+
+    >>> from ovines.notebook import read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> cameras = read_calibration(recording.calibration_file)
+    >>> points = triangulate(read_table(recording.folder / "tracks.parquet", "tracks"), cameras, recording)
+    >>> from analysis.motion.host_circle import host_circle
+    >>> circle = host_circle(points, recording)
+    >>> [f"{1e3 * circle[name].median():.2f} mm" for name in ("fit_radius_m", "fit_residual_m")]
+    ['50.00 mm', '0.01 mm']
     """
     host = recording.settings.bodies.host
     if host is None or len(host.markers) < 3:

@@ -43,6 +43,8 @@ MAIN_SHARE = 0.3
 BETTER_LINE = 20.0
 # Slower than this share of the drive's strongest line, the way across it is no part of the drive.
 SLOWEST_SHARE = 0.5
+# A Host whose place spreads by more than this many sds, and than the least that cameras show (m), moves.
+MOVING_SD, LEAST_MOTION_M = 10.0, 2e-5
 # A line of fewer periods than this in a run has no frequency to keep.
 FEWEST_PERIODS = 2.0
 # The same by which an axis goes along with the one that no line explains, of so many frames at the least: one unknown
@@ -293,7 +295,9 @@ def _widened(residual: Array) -> Array:
 def _moves(position: Array, sd: Array) -> bool:
     for axis in range(2):
         known = np.isfinite(position[:, axis]) & np.isfinite(sd[:, axis])
-        if known.sum() > 1 and np.std(position[known, axis]) > max(10 * float(np.median(sd[known, axis])), 2e-5):
+        if known.sum() > 1 and np.std(position[known, axis]) > max(
+            MOVING_SD * float(np.median(sd[known, axis])), LEAST_MOTION_M
+        ):
             return True
     return False
 

@@ -14,13 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.statistics.robust import MEDIAN_SD
-from ovines.robust import MEDIAN_TO_SD
+from ovines.robust import MEDIAN_TO_SD, TUKEY_SD, tukey_weight
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Tukey's biweight at 4.685 sd keeps 95 % of the efficiency on Gaussian errors (Huber, Robust Statistics, ch. 4).
-TUKEY = 4.685
 # A frame is looked at again where a marker is this far (sd) from the pose of all; one of four markers or more is left
 # out where that takes most of the misfit away.  Among markers that all are off (a layout not yet learnt) no single one
 # does.
@@ -84,7 +82,7 @@ def fit_pose(cloud: MarkerCloud, layout_m: Array, layout_sd_m: float, rounds: in
             break
         # The scale falls from the misfit at hand to the known sd, so that one gross error cannot hide in its own fit.
         scale = np.maximum(1.0, _median_seen(distance, seen) * (SCALE if step else FIRST_SCALE))
-        robust = np.where(seen, np.clip(1 - (distance / (TUKEY * scale)) ** 2, 0, None) ** 2, 0.0)
+        robust = np.where(seen, tukey_weight(distance / (TUKEY_SD * scale)), 0.0)
         few = (robust > 0).sum(1) < 2
         robust[few] = seen[few]
     used, total = (weight > 0).sum(1), weight.sum(1, keepdims=True)

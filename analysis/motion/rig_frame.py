@@ -199,6 +199,19 @@ def rig_frame(motions: Sequence[pd.DataFrame], contact_radius_m: float | None = 
 
     A Host that stands still has no drive: x is then the direction in which the NES' places spread most, which turns
     with the world as well.  A run without any place of the Host lies about the NES' mean place.
+
+    Examples
+    --------
+    Where the middle of the drive lies in the world, and along which direction it moves the Host.
+
+    >>> from ovines.notebook import analyse, read_calibration, read_recording, read_table, triangulate
+    >>> recording = read_recording("sample_data/series_tilted/run-01")
+    >>> cameras = read_calibration(recording.calibration_file)
+    >>> points = triangulate(read_table(recording.folder / "tracks.parquet", "tracks"), cameras, recording)
+    >>> from analysis.motion.rig_frame import rig_frame
+    >>> frame = rig_frame([analyse(points, recording)])
+    >>> f"x = {1e3 * frame.origin_m[0]:.2f} mm", f"{1e3 * frame.turn_rad:.0f} mrad"
+    ('x = 0.05 mm', '10 mrad')
     """
     host, nes = (_places(motions, body) for body in BODIES)
     known = host if any(len(one) for one in host) else nes

@@ -184,7 +184,7 @@ class Page:
 
 def figure_of(name: str, figure: Drawing) -> Figure:
     """The figure ``name``, built if it is not; what stops that tells which it was."""
-    with _told(name):
+    with _naming(name):
         return _built(figure)
 
 
@@ -194,12 +194,12 @@ def _built(figure: Drawing) -> Figure:
 
 def _drawn(name: str, figure: Drawing, image: FigureFormat) -> str:
     """The figure as the source of an HTML image."""
-    with _told(name):
+    with _naming(name):
         return data_uri(_built(figure), image)
 
 
 @contextmanager
-def _told(name: str) -> Iterator[None]:
+def _naming(name: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:

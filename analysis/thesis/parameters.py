@@ -38,13 +38,6 @@ def predicted_tangential_speed(
     return -np.minimum(beta_0, beta_1) * v_t
 
 
-def normal_error(table: pd.DataFrame, restitution: ArrayLike) -> Array:
-    """J_n of eq. (122) for each impact and each tried restitution: shape (n_impacts, n_values)."""
-    after = table["normal_speed_after_m_per_s"].to_numpy(float)[:, None]
-    model = np.asarray(restitution, float)[None, :] * table["normal_speed_before_m_per_s"].to_numpy(float)[:, None]
-    return np.abs((model - after) / after)
-
-
 def tangential_error(
     table: pd.DataFrame,
     wall_friction: ArrayLike,

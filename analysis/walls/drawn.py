@@ -16,7 +16,28 @@ Array = NDArray[np.float64]
 
 
 def stated_wall(recording: Recording) -> Wall:
-    """The wall as recording.toml has it, for the disk's centre (m); `InputError` where it lacks wall or disk."""
+    """The wall as recording.toml has it, for the disk's centre (m); `InputError` where it lacks wall or disk.
+
+    Examples
+    --------
+    The contact radius: that of the ring less that of the disk.
+
+    >>> from analysis.walls.drawn import stated_wall
+    >>> from ovines.notebook import read_recording
+    >>> wall = stated_wall(read_recording("sample_data/series_tilted/run-01"))
+    >>> f"{1e3 * wall.size_m:.1f} mm", wall.names
+    ('40.0 mm', ('ring',))
+
+    How far a disk 39 mm right of the Host's centre is past the wall (negative: inside), then with a ring that is 0.1 mm
+    larger.
+
+    >>> import numpy as np
+    >>> place_m, host_angle_rad = np.array([[0.039, 0.0]]), np.zeros(1)
+    >>> for one in wall, wall.moved({"radius": 1e-4}):
+    ...     print(f"{1e3 * one.gap(place_m, host_angle_rad)[0]:.1f} mm")
+    -1.0 mm
+    -1.1 mm
+    """
     bodies = recording.settings.bodies
     if bodies.host is None or bodies.nes is None:
         raise InputError(

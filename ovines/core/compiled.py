@@ -32,14 +32,15 @@ CONSTANTS = ("system/parameters.py", "laws/words.py", "integration/dop853.py", "
 def source_stamp(
     folder: Path = Path(__file__).parent, marker: str = "ovines.core.compiled", constants: tuple[str, ...] = CONSTANTS
 ) -> str:
-    """Hash of every source file in ``folder`` and its rooms that names ``marker``, or is one of ``constants``: paths
-    below the folder.
+    """Hash of every source file in ``folder`` and its rooms that names ``marker``, and of ``constants``: paths from the
+    folder.
     """
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        content, name = path.read_bytes(), path.relative_to(folder).as_posix()
-        if name in constants or marker.encode() in content:
-            digest.update(name.encode() + b"\0" + content)
+    named = {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*.py")}
+    held = {name: content for name, content in named.items() if marker.encode() in content}
+    held |= {name: (folder / name).read_bytes() for name in constants if (folder / name).is_file()}
+    for name, content in sorted(held.items()):
+        digest.update(name.encode() + b"\0" + content)
     return digest.hexdigest()
 
 

@@ -9,6 +9,7 @@ once.  Where Python calls a helper too, that one is compiled for it.
 from __future__ import annotations
 
 import gc
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -29,6 +30,8 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
+# Which kernel is compiled; on a terminal `ovines.io.run_log` shows it by this logger's name.
+COMPILING = logging.getLogger("ovines.compiling")
 ENVIRONMENT = "_ZN08NumbaEnv"  # how numba's names of a function's environment begin
 
 # What is taken over below without numba's promise; a numba without it compiles in its own way.
@@ -62,6 +65,7 @@ class Guard:
 
     def begins(self, kernel: Kernel) -> None:
         """The kernel is not on the disk: it is compiled now."""
+        COMPILING.info("compiling, once per machine and version: %s.%s", kernel.__module__, kernel.__qualname__)
 
 
 @contextmanager

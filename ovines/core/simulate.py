@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ovines.core.effects import EFFECTS
-from ovines.core.effects.effect import Seen
+from ovines.core.effects.effect import Measurement
 from ovines.core.energies import EnergyBalance, energy_balance, over_time
 from ovines.core.engine import run
 from ovines.core.integration.sampling import N_SAMPLE
@@ -78,7 +78,7 @@ def simulate(
         impact_rows, contact_rows = max(impact_rows, n_impacts), max(contact_rows, n_contacts)
     impacts, contacts = impacts[:n_impacts], contacts[:n_contacts]
     energy = energy_balance(packed, y, end, impacts)
-    shown = Seen(times, samples, impacts, float(packed.p[P.MASS]))
+    shown = Measurement(times, samples, impacts, float(packed.p[P.MASS]))
     for name, values in scenario.effects.items():
         observe = EFFECTS[name].observe
         if observe is not None:

@@ -19,6 +19,9 @@ LOGGER.setLevel(logging.INFO)
 LOGGER.propagate = False
 LOGGER.addHandler(logging.NullHandler())  # else Python prints warnings where no one listens
 
+# `ovines.core.kernel` says here, by the logger's name, what it compiles; the log beside the results has every kernel.
+COMPILING = LOGGER.getChild("compiling")
+COMPILED_ONCE = "compiling, once per machine and version: up to some minutes"
 _shown = {"quiet": False}
 
 
@@ -51,16 +54,34 @@ def logged(out: Path) -> Iterator[None]:
         handler.close()
 
 
+class _Compiling(logging.Handler):
+    """Says once, on a terminal, that code is compiled, whichever command came to it; above the bars that it shows."""
+
+    said = False
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Say it at the first kernel."""
+        if not self.said and sys.stderr is not None and sys.stderr.isatty():
+            from tqdm import tqdm  # most commands compile nothing
+
+            tqdm.write(COMPILED_ONCE, file=sys.stderr)
+        self.said = True
+
+
 @contextmanager
 def on_terminal(quiet: bool, verbose: bool) -> Iterator[None]:
-    """Show the log on standard error (``verbose``), or no progress bars (``quiet``), while the block runs."""
+    """Show the log on standard error (``verbose``), or no progress bars (``quiet``), while the block runs; and, unless
+    ``quiet``, that code is compiled."""
     handler = logging.StreamHandler(sys.stderr) if verbose else logging.NullHandler()
+    compiling = logging.NullHandler() if quiet or verbose else _Compiling()
     LOGGER.addHandler(handler)
+    COMPILING.addHandler(compiling)
     _shown["quiet"] = quiet
     try:
         yield
     finally:
         LOGGER.removeHandler(handler)
+        COMPILING.removeHandler(compiling)
         _shown["quiet"] = False
 
 

@@ -19,7 +19,7 @@ from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.frame_files import file_notes, refuse_strange_files
 from ovines.plausibility.motion import gaps, host_at_rest, refuse_unseen, track_notes
 from ovines.plausibility.names import read_names
-from ovines.plausibility.recording import doubts, drive_doubts, refuse_contradictions, sd_doubts
+from ovines.plausibility.recording import drive_warnings, plausibility_warnings, refuse_contradictions, sd_warnings
 from ovines.recording import Recording, read_trigger
 from ovines.tables import checked, read_table
 
@@ -94,7 +94,7 @@ def triangulate(context: StageContext) -> dict[str, Any]:
     tracks = read_table(context.path("tracks.parquet"), "tracks")
     refuse_contradictions(context.recording, tracks)
     if context.recording.entry() == "tracks":
-        context.notes.extend(sd_doubts(tracks, context.recording))
+        context.notes.extend(sd_warnings(tracks, context.recording))
     cameras = calibrated(context.path("calibration.json"), context.recording)
     if "lens_field.parquet" in context.inputs:
         tables = [read_table(context.path(f"{name}.parquet"), name) for name in ("lens_field", "lens_terms")]
@@ -144,12 +144,12 @@ def analyse(context: StageContext) -> dict[str, Any]:
     if path.name == "motion.parquet":
         motion = read_table(path, "motion")
         refuse_contradictions(context.recording, motion)
-        context.notes.extend(sd_doubts(motion, context.recording))
+        context.notes.extend(sd_warnings(motion, context.recording))
     else:
         points = read_table(path, "points")
         refuse_contradictions(context.recording, points)
         if context.recording.entry() == "points":
-            context.notes.extend(sd_doubts(points, context.recording))
+            context.notes.extend(sd_warnings(points, context.recording))
         motion = checked(motion_from_points(points, context.recording), "motion")
         if len(context.recording.bodies["host"].markers) >= 3:
             results["host_circle.parquet"] = host_circle(points, context.recording)
@@ -160,7 +160,7 @@ def analyse(context: StageContext) -> dict[str, Any]:
                 context.notes.append(f"no rotation.parquet: {error.found}")
     refuse_unseen(motion, context.recording)
     context.notes.extend(gaps(motion, context.recording))
-    context.notes.extend(doubts(context.recording, motion) + drive_doubts(motion, context.recording))
+    context.notes.extend(plausibility_warnings(context.recording, motion) + drive_warnings(motion, context.recording))
     motion = host_at_rest(motion)
     results["motion.parquet"] = motion
     results["thesis_impacts.parquet"] = thesis_impacts(motion, context.recording)

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ovines.plausibility.doubt import FEWEST, G_M_PER_S2, Doubt
+from ovines.plausibility.warning import FEWEST, G_M_PER_S2, PlausibilityWarning
 from ovines.recording import Recording
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # The drive that the Host follows against the one that was asked for: shakers keep their frequency to 1e-4, and a run of
@@ -19,14 +20,13 @@ PERIODS = 3  # fewer periods of a drive in a run say little about its frequency
 # Orders of the differences that tell noise from motion: the 6th leaves nothing of a drive at a fortieth of the frame
 # rate, the 10th nothing of one at a tenth; the smaller scatter counts.
 ORDERS = (6, 10)
-MEDIAN_OF_ABS = 0.6745  # of a normal distribution of sd 1
 SD_FACTOR = 2.0  # correlated noise makes the factor smaller, never larger
 LEVEL_FACTOR = 1.5  # a shaker's level is set to some per cent
 LEADS = 0.5  # share of the whole movement that the strongest sine must explain to be the drive
 MOST_STEPS = 10_000_000  # of a clock: above, a gap is the mistake
 
 
-def drive_doubts(table: pd.DataFrame, recording: Recording) -> list[str]:
+def drive_warnings(table: pd.DataFrame, recording: Recording) -> list[str]:
     """Where the Host's measured shaking is not what ``[excitation]`` says: a wrong frame rate or scale shows here
     first.
 
@@ -41,25 +41,25 @@ def drive_doubts(table: pd.DataFrame, recording: Recording) -> list[str]:
         return []
     measured_hz, amplitude = measured
     if abs(measured_hz / drive.frequency_hz - 1) > DRIVE_DOUBTFUL:
-        doubt = Doubt(
+        warning = PlausibilityWarning(
             f"[excitation] frequency_hz = {drive.frequency_hz:g}",
             f"the Host shakes at {measured_hz:.4g} Hz, {measured_hz / drive.frequency_hz:.3g} times that",
             "correct frequency_hz, or frame_rate_hz (or the times) by that factor",
             ("excitation", "frequency_hz"),
         )
-        return [doubt.text(recording)]
+        return [warning.text(recording)]
     if drive.acceleration_g is None or "u_px" in table:
         return []
     level_g = amplitude * (2 * math.pi * measured_hz) ** 2 / G_M_PER_S2
     if 1 / LEVEL_FACTOR < level_g / drive.acceleration_g < LEVEL_FACTOR:
         return []
-    doubt = Doubt(
+    warning = PlausibilityWarning(
         f"[excitation] acceleration_g = {drive.acceleration_g:g}",
         f"the Host shakes by {1e3 * amplitude:.3g} mm at {measured_hz:.4g} Hz, which is {level_g:.3g} g",
         "correct acceleration_g, or the lengths of the calibration",
         ("excitation", "acceleration_g"),
     )
-    return [doubt.text(recording)]
+    return [warning.text(recording)]
 
 
 def host_places(table: pd.DataFrame, recording: Recording) -> tuple[Array, Array] | None:
@@ -85,7 +85,7 @@ def _of_the_host(table: pd.DataFrame, recording: Recording) -> tuple[pd.DataFram
     return seen[seen["camera"] == seen["camera"].iloc[0]] if len(seen) else seen, ["u_px", "v_px"], ["sd_px", "sd_px"]
 
 
-def sd_doubts(table: pd.DataFrame, recording: Recording) -> list[str]:
+def sd_warnings(table: pd.DataFrame, recording: Recording) -> list[str]:
     """Where the Host's places scatter from frame to frame far more than their sd says: nothing made from them is as
     sure as it claims.
 
@@ -102,12 +102,12 @@ def sd_doubts(table: pd.DataFrame, recording: Recording) -> list[str]:
             factors.append(min(one for one in found if one is not None) / given)
     if not factors or max(factors) < SD_FACTOR:
         return []
-    doubt = Doubt(
+    warning = PlausibilityWarning(
         f"{sds[0]} and {sds[1]}" if sds[0] != sds[1] else sds[0],
         f"the Host's places scatter {max(factors):.2g} times as much from frame to frame",
         "give the sd that the places have, or null where it is unknown: results would claim to be surer than they are",
     )
-    return [doubt.text(recording)]
+    return [warning.text(recording)]
 
 
 def scatter(frames: NDArray[np.int64], values: Array, order: int) -> float | None:
@@ -122,7 +122,7 @@ def scatter(frames: NDArray[np.int64], values: Array, order: int) -> float | Non
     left = left[np.isfinite(left)]
     if len(left) < FEWEST:
         return None
-    return float(np.median(left)) / MEDIAN_OF_ABS / math.sqrt(math.comb(2 * order, order))
+    return residual_sd(left) / math.sqrt(math.comb(2 * order, order))
 
 
 def dominant(times_s: Array, places: Array) -> tuple[float, float] | None:

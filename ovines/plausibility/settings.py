@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ovines.plausibility.doubt import Doubt
+from ovines.plausibility.warning import PlausibilityWarning
 from ovines.recording import Recording
 from ovines.recording_schema import Nes
 
@@ -21,12 +21,12 @@ RADIUS_FACTOR_DOUBTFUL, RADIUS_FACTOR_MOST = 4.0, 25.0
 FEWEST_MARKERS = 3  # of a layout that tells a body's size: one or two may stand near the middle
 
 
-def exposures(recording: Recording) -> Iterator[Doubt]:
+def exposures(recording: Recording) -> Iterator[PlausibilityWarning]:
     """Exposures longer than the time from one frame to the next."""
     rate_hz = recording.frame_rate_hz
     for i, camera in enumerate(recording.cameras):
         if rate_hz is not None and camera.exposure_s is not None and camera.exposure_s * rate_hz > 1:
-            yield Doubt(
+            yield PlausibilityWarning(
                 f"exposure_s = {camera.exposure_s:g} of {camera.name} at frame_rate_hz = {rate_hz:g}",
                 f"an exposure within the {1 / rate_hz:.4g} s from one frame to the next",
                 "correct exposure_s or frame_rate_hz",
@@ -34,7 +34,7 @@ def exposures(recording: Recording) -> Iterator[Doubt]:
             )
 
 
-def masses(recording: Recording) -> Iterator[Doubt]:
+def masses(recording: Recording) -> Iterator[PlausibilityWarning]:
     """A NES heavier than the densest metal, or lighter than paper, of its radius."""
     nes = recording.bodies.get("nes")
     if not isinstance(nes, Nes) or nes.mass_kg is None:
@@ -50,10 +50,10 @@ def masses(recording: Recording) -> Iterator[Doubt]:
     )
     grams = most_kg >= nes.mass_kg * 1e-3 >= least_kg
     do = f"is it in g? then mass_kg = {nes.mass_kg * 1e-3:g}" if grams else "check mass_kg and radius_m"
-    yield Doubt(f"nes mass_kg = {nes.mass_kg:g}", why, do, ("bodies", "nes", "mass_kg"))
+    yield PlausibilityWarning(f"nes mass_kg = {nes.mass_kg:g}", why, do, ("bodies", "nes", "mass_kg"))
 
 
-def radii(recording: Recording) -> Iterator[tuple[Doubt, float]]:
+def radii(recording: Recording) -> Iterator[tuple[PlausibilityWarning, float]]:
     """Each radius beside the markers of its body, and the factor between the two (1 or more)."""
     for body, key in (("host", "inner_radius_m"), ("nes", "radius_m")):
         settings = recording.bodies.get(body)
@@ -67,7 +67,7 @@ def radii(recording: Recording) -> Iterator[tuple[Doubt, float]]:
         scaled = 1e3 * far_m / radius_m if radius_m < far_m else radius_m / far_m * 1e-3
         units = "; is one of them in mm?" if 1 / RADIUS_FACTOR_DOUBTFUL < scaled < RADIUS_FACTOR_DOUBTFUL else ""
         yield (
-            Doubt(
+            PlausibilityWarning(
                 f"{body} {key} = {radius_m:g}",
                 f"a length like that of its layout_m, whose farthest marker is {far_m:.4g} m from the middle{units}",
                 f"correct {key} or layout_m (metres)",
@@ -77,12 +77,12 @@ def radii(recording: Recording) -> Iterator[tuple[Doubt, float]]:
         )
 
 
-def windows(recording: Recording) -> Iterator[Doubt]:
+def windows(recording: Recording) -> Iterator[PlausibilityWarning]:
     """A window smaller than the sensor whose place nobody said."""
     for i, camera in enumerate(recording.cameras):
         small = camera.window_size_px is not None and camera.window_size_px != camera.sensor_size_px
         if small and "window_offset_px" not in camera.model_fields_set:
-            yield Doubt(
+            yield PlausibilityWarning(
                 f"{camera.name} has no window_offset_px",
                 f"its window of {camera.window_px[0]} x {camera.window_px[1]} px is a part of a sensor of "
                 f"{camera.sensor_size_px[0]} x {camera.sensor_size_px[1]} px, "

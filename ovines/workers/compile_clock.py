@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,12 +10,10 @@ from ovines.core.kernel import Guard, Kernel
 
 
 class CompileClock(Guard):
-    """Counts the time in which kernels are loaded, compiled or waited for, and says once on a terminal that it goes
-    on; asks the guard before it all the same.
-    """
+    """Counts the time in which kernels are loaded, compiled or waited for; asks the guard before it all the same."""
 
     def __init__(self, before: Guard) -> None:
-        self._before, self._done_s, self._told = before, 0.0, False
+        self._before, self._done_s = before, 0.0
         self._since_s: float | None = None
 
     @contextmanager
@@ -32,10 +29,6 @@ class CompileClock(Guard):
     def begins(self, kernel: Kernel) -> None:
         """The kernel is not on the disk."""
         self._before.begins(kernel)
-        first = not self._told and type(self._before) is Guard  # another one has its own way of saying it
-        if first and sys.stderr is not None and sys.stderr.isatty():
-            print("compiling, once per machine and version: up to some minutes", file=sys.stderr)
-        self._told = True
 
     def spent_s(self) -> float:
         """Seconds so far, of what is compiled now too."""

@@ -12,7 +12,7 @@ import pytest
 
 from analysis.blind.series import make_series
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario
-from analysis.contact.effect_rows import told_effects
+from analysis.contact.effect_rows import reported_effects
 from analysis.gap.answer import model_section, model_values
 from analysis.gap.estimates import Estimates, estimated
 from analysis.gap.ladder import Ladder, run_ladder
@@ -64,7 +64,7 @@ def test_sizes_told_are_those_of_identification_with_the_same_names(diagnosed):
     named = written.model_copy(update={"effect_parameters": {}})
     table, _ = identify_series(world_motions(series), stating(series.recordings, named))
     pd.testing.assert_frame_equal(table, estimates.with_effect.table, check_exact=False, rtol=1e-6, atol=1e-9)
-    sizes = told_effects(table, CAUSES)
+    sizes = reported_effects(table, CAUSES)
     for cause in ladder.causes:
         told = ladder.series.frame.world_parameters(cause.effect, cause.parameters)
         for name, (value, sd) in told.items():

@@ -24,6 +24,7 @@ import pytest
 from pydantic import ValidationError
 
 from ovines.__main__ import main, parse
+from ovines.documentation.drawn import DRAWN
 from ovines.documentation.house_picture import PICTURE, house
 from ovines.documentation.reference_pages import FOLDER, PAGES
 from ovines.documentation.schema_pages import BOARD_KEYS, examples, keys, models_of, sections
@@ -67,18 +68,42 @@ def test_the_picture_of_the_house_is_made_from_its_rows():
     assert PICTURE.read_text(encoding="utf-8") == house(), "run python -m ovines.documentation.house_picture"
 
 
-def test_the_gallery_shows_every_figure_of_the_reports():
-    """By the alternative text that each report gives its figures; pictures that nobody shows are not kept."""
+def drawing_functions() -> set[str]:
+    """Every public function that gives a matplotlib figure; `Drawing` is what a page takes, drawn or to be drawn."""
+    found = set()
+    for path in (path for package in ("analysis", "ovines", "vision") for path in (ROOT / package).rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        if "from matplotlib.figure import Figure" not in text:
+            continue
+        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        for node in ast.parse(text).body:
+            if not isinstance(node, ast.FunctionDef) or node.returns is None or node.name.startswith("_"):
+                continue
+            given = {ast.unparse(one.annotation) for one in node.args.args if one.annotation is not None}
+            if ast.unparse(node.returns) in ("Figure", "Figure | None") and "Drawing" not in given:
+                found.add(f"{module}.{node.name}")
+    return found
+
+
+def test_the_gallery_shows_every_figure():
+    """By the functions that draw; those of pages also by the alternative text that the pages give them.  Pictures that
+    nobody shows are not kept.
+    """
     page = (ROOT / "docs" / "reference" / "gallery.md").read_text(encoding="utf-8")
+    functions = drawing_functions()
+    assert len(functions) > 60 and functions == set(DRAWN)
+    shown = re.findall(r"!\[[^]]*\]\(\.\./figures/([^)]+)\)", page)
+    assert set(DRAWN.values()) <= set(shown) and all(f"`{name}`" in page for name in functions)
     named = [
         call.args[3].value
-        for path in sorted((ROOT / "analysis" / "report").glob("*.py"))
+        for path in sorted((ROOT / "analysis").rglob("*.py"))
         for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(call, ast.Call) and getattr(call.func, "attr", "") == "add_figure"
+        if len(call.args) > 3 and isinstance(call.args[3], ast.Constant)
     ]
-    assert len(named) >= 18 and not [alt for alt in named if f"![{alt}]" not in page]
+    assert len(named) >= 30 and not [alt for alt in named if f"![{alt}" not in page]
     kept = sorted(path.name for path in (ROOT / "docs" / "figures" / "gallery").iterdir())
-    assert kept == sorted(re.findall(r"\(\.\./figures/gallery/([^)]+)\)", page))
+    assert kept == sorted(name.removeprefix("gallery/") for name in shown if name.startswith("gallery/"))
 
 
 def as_tuples(value):
@@ -110,6 +135,24 @@ def offered() -> list[tuple[str, str]]:
     return [
         (module, name) for module, _, name in (path.rpartition(".") for path in listed) if f"{module}{name}".islower()
     ]
+
+
+def test_every_function_between_the_rooms_is_in_the_reference():
+    """By their names in the table of docs/architecture.md: functions, and methods as ``Class.method``."""
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = text.split("## The functions between the rooms")[1].split("\n\n")[2]
+    named = {
+        re.sub(r"\(.*", "", code)
+        for row in table.splitlines()[2:]
+        for code in re.findall(r"`([^`]+)`", row.split("|")[2])
+    }
+    blocks = (ROOT / "docs" / "reference" / "python.md").read_text(encoding="utf-8").split("\n::: ")[1:]
+    methods = {
+        f"{block.split()[0].rpartition('.')[2]}.{name}"
+        for block in blocks
+        for name in (re.search(r"members: \[(.*)\]", block) or ["", ""])[1].split(", ")
+    }
+    assert len(named) >= 30 and not named - {name for _, name in offered()} - methods
 
 
 @pytest.fixture(scope="module")

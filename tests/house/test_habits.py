@@ -49,8 +49,12 @@ def test_the_commands_of_contributing_are_there():
         "ovines",
     }
     assert {"ruff", "mypy", "pre-commit", "mkdocs"} <= tools <= packages
-    hooks = re.findall(r"entry: sh -c '.*exec (\w+)", (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
-    assert hooks == ["ruff", "mypy"]
+    hooks = re.findall(
+        r"entry: sh -c '.*exec ([\w -]+?)(?: --force-exclude \"\$@\")?'",
+        (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"),
+    )
+    lint = [command.strip().removeprefix(".venv/bin/") for command in rows["lint"].split("&&")]
+    assert hooks == lint == ["ruff check", "ruff format --check", "mypy"]
 
 
 def test_licence_and_citation_agree_with_the_package():

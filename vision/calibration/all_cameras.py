@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ovines.errors import InputError
 from vision.calibration.bundle.adjustment import adjust
-from vision.calibration.bundle.unknowns import FIXED, N_CAMERA, Adjusted, Sighting, State
-from vision.calibration.single_camera import Single, board_pose, make_setting, sightings_of, spline_prior, unbiased
+from vision.calibration.bundle.unknowns import FIXED, N_CAMERA, Adjusted, Observation, State
+from vision.calibration.single_camera import Single, board_pose, make_setting, observations_of, spline_prior, unbiased
 from vision.calibration.targets.boards import WORLD_FROM_BOARD, Board
 from vision.calibration.targets.detection import View
 from vision.pinhole import N_INTRINSICS
@@ -32,7 +32,7 @@ def solved_together(
 
     ``lenses_known``: what each camera found by itself, with its sd, stands as prior for its intrinsics.
     """
-    sightings, state = _placed(names, singles, extrinsic, board, tied)
+    observations, state = _placed(names, singles, extrinsic, board, tied)
     setting = make_setting(sizes, state, WORLD_FROM_BOARD)
     setting.free = np.concatenate([singles[name].setting.free for name in names])
     setting.one_sigma = lenses_known
@@ -43,7 +43,7 @@ def solved_together(
             [np.sqrt(np.diag(singles[name].adjusted.covariance))[:N_INTRINSICS] for name in names]
         )
     setting.sigma_px = np.concatenate([singles[name].adjusted.sigma_px for name in names])
-    return adjust(sightings, state, setting)
+    return adjust(observations, state, setting)
 
 
 def _placed(
@@ -52,10 +52,10 @@ def _placed(
     extrinsic: Mapping[str, View],
     board: Board,
     tied: set[str],
-) -> tuple[list[Sighting], State]:
-    """All sightings, and cameras and boards where the cameras by themselves place them: views of one of the instants
+) -> tuple[list[Observation], State]:
+    """All observations, and cameras and boards where the cameras by themselves place them: views of one of the instants
     `tied` share a pose, the first camera's."""
-    sightings: list[Sighting] = []
+    observations: list[Observation] = []
     turns: list[Array] = []
     shifts: list[Array] = []
     camera_turns: list[Array] = []
@@ -73,16 +73,16 @@ def _placed(
             )
         turn, shift = placed
         uv = world.uv_px if world.discs is None else unbiased(world.discs, lens, turn, shift)
-        sightings.append(Sighting(c, FIXED, True, board.points_m()[world.points], uv))
+        observations.append(Observation(c, FIXED, True, board.points_m()[world.points], uv))
         camera_turns.append(turn @ WORLD_FROM_BOARD)
         camera_shifts.append(shift)
-        own = sightings_of(single.views, board, single.adjusted.state)
-        for view, sighting in zip(single.views, own, strict=True):
+        own = observations_of(single.views, board, single.adjusted.state)
+        for view, observation in zip(single.views, own, strict=True):
             if view.name == world.name:
                 continue  # already there, as the world
             turn, shift = (
-                single.adjusted.state.rotation[sighting.pose],
-                single.adjusted.state.translation[sighting.pose],
+                single.adjusted.state.rotation[observation.pose],
+                single.adjusted.state.translation[observation.pose],
             )
             at_once = view.when in tied
             if at_once and view.when in pose_of:
@@ -92,7 +92,7 @@ def _placed(
                 turns.append(camera_turns[c].T @ turn if at_once else turn)
                 shifts.append(camera_turns[c].T @ (shift - camera_shifts[c]) if at_once else shift)
                 pose_of[view.when] = pose
-            sightings.append(Sighting(c, pose, at_once, sighting.points_m, sighting.uv_px))
+            observations.append(Observation(c, pose, at_once, observation.points_m, observation.uv_px))
     intrinsics = np.concatenate([singles[name].adjusted.state.intrinsics for name in names])
     state = State(
         intrinsics,
@@ -102,7 +102,7 @@ def _placed(
         np.array(shifts).reshape(-1, 3),
         tuple(singles[name].adjusted.state.splines[0] for name in names),
     )
-    return sightings, state
+    return observations, state
 
 
 def raise_world(found: Adjusted, board_height_m: float) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from vision.calibration.bundle.adjustment import adjust
-from vision.calibration.bundle.unknowns import Adjusted, Setting, Sighting, SplinePrior, State, spline_places
+from vision.calibration.bundle.unknowns import Adjusted, Observation, Setting, SplinePrior, State, spline_places
 from vision.calibration.targets.boards import Board
 from vision.calibration.targets.detection import MINIMUM_POINTS, View
 from vision.markers.perspective import circle_centres
@@ -58,15 +58,15 @@ def solve_camera(
         return None
     state = _first_guess(kept, board, sensor_size_px)
     setting = make_setting([sensor_size_px], state)
-    result = adjust(sightings_of(kept, board), state, setting)
+    result = adjust(observations_of(kept, board), state, setting)
     for _ in range(_ROUNDS):
-        sightings = sightings_of(kept, board, result.state)
-        posed = repose(sightings, result.state)
+        observations = observations_of(kept, board, result.state)
+        posed = repose(observations, result.state)
         if held is None:
-            result = _with_k3_if_significant(sightings, posed, setting)
+            result = _with_k3_if_significant(observations, posed, setting)
         else:
             setting.free[0, :held] = True
-            result = adjust(sightings, posed, setting)
+            result = adjust(observations, posed, setting)
         bad = _outlying_views(result, kept)
         cleaned = without_outliers(kept, result.residuals_px, result.sigma_px[0])
         stay = [k for k, view in enumerate(kept) if view.name not in bad]
@@ -79,19 +79,21 @@ def solve_camera(
     return Single(result, setting, kept, dropped)
 
 
-def sightings_of(views: Sequence[View], board: Board, state: State | None = None, camera: int = 0) -> list[Sighting]:
-    """One sighting per view, each with its own pose; with a state, dots' centres without their perspective bias."""
-    sightings = [Sighting(camera, k, False, board.points_m()[v.points], v.uv_px) for k, v in enumerate(views)]
+def observations_of(
+    views: Sequence[View], board: Board, state: State | None = None, camera: int = 0
+) -> list[Observation]:
+    """One observation per view, each with its own pose; with a state, dots' centres without their perspective bias."""
+    observations = [Observation(camera, k, False, board.points_m()[v.points], v.uv_px) for k, v in enumerate(views)]
     if state is not None:
-        for sighting, view in zip(sightings, views, strict=True):
+        for observation, view in zip(observations, views, strict=True):
             if view.discs is not None:
-                sighting.uv_px = unbiased(
+                observation.uv_px = unbiased(
                     view.discs,
                     state.lens(camera),
-                    state.rotation[sighting.pose],
-                    state.translation[sighting.pose],
+                    state.rotation[observation.pose],
+                    state.translation[observation.pose],
                 )
-    return sightings
+    return observations
 
 
 def unbiased(discs: Array, lens: Camera, rotation: Array, translation_m: Array) -> Array:
@@ -146,7 +148,7 @@ def make_setting(sizes_px: Sequence[tuple[int, int]], state: State, world_from_b
     )
 
 
-def _with_k3_if_significant(sightings: list[Sighting], state: State, setting: Setting) -> Adjusted:
+def _with_k3_if_significant(observations: list[Observation], state: State, setting: Setting) -> Adjusted:
     """Free k3 only if the data need it.
 
     A board that fills a corner of the sensor leaves it open; freed without need it takes the focal length and
@@ -154,9 +156,9 @@ def _with_k3_if_significant(sightings: list[Sighting], state: State, setting: Se
     """
     setting.free[0, K3] = False
     state.intrinsics[0, K3] = 0.0
-    best = adjust(sightings, state, setting)
+    best = adjust(observations, state, setting)
     setting.free[0, K3] = True
-    trial = adjust(sightings, best.state, setting)
+    trial = adjust(observations, best.state, setting)
     # same yardstick for both: sd of the larger model
     if (best.sigma_px[0] / trial.sigma_px[0]) ** 2 * best.chi2 - trial.chi2 > K3_GAIN:
         return trial
@@ -199,16 +201,16 @@ def _first_guess(views: Sequence[View], board: Board, size_px: tuple[int, int]) 
     state = State(
         intrinsics, np.eye(3)[None], np.zeros((1, 3)), np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
     )
-    return repose(sightings_of(views, board), state)
+    return repose(observations_of(views, board), state)
 
 
-def repose(sightings: Sequence[Sighting], state: State) -> State:
+def repose(observations: Sequence[Observation], state: State) -> State:
     """Each board pose anew from its own points: a flat board has two poses that fit, the better one is kept."""
     state = state.copy()
-    for sighting in sightings:
-        found = board_pose(sighting.points_m, sighting.uv_px, state.lens(sighting.camera))
+    for observation in observations:
+        found = board_pose(observation.points_m, observation.uv_px, state.lens(observation.camera))
         if found is not None:
-            state.rotation[sighting.pose], state.translation[sighting.pose] = found
+            state.rotation[observation.pose], state.translation[observation.pose] = found
     return state
 
 

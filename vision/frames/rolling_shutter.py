@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera
 from ovines.recording import CameraSettings, Recording
+from ovines.robust import huber_weight, residual_sd
 from vision.frames.times import frame_times
 from vision.markers.perspective import on_plane
 
@@ -95,10 +96,10 @@ def fitted_readout(
         value, reach = 0.0, np.inf
         for _ in range(4):  # what lies far off (an impact, a wrong marker) counts no more than its neighbours
             off = b[stay] - value * a[stay]
-            weight = np.minimum(1.0, reach / np.maximum(np.abs(off), 1e-300))
+            weight = huber_weight(off, reach)
             square = float(np.sum(weight * a[stay] ** 2))
             value = float(np.sum(weight * a[stay] * b[stay])) / square if square > 0 else 0.0
-            reach = WRONG_SD * 1.4826 * float(np.median(np.abs(b[stay] - value * a[stay])))
+            reach = WRONG_SD * residual_sd(b[stay] - value * a[stay])
         return value
 
     edges = np.quantile(time_s, np.linspace(0, 1, BLOCKS + 1)[1:-1])

@@ -22,7 +22,7 @@ from ovines.camera import Camera
 from ovines.camera.bends import PERIODS_RAD, STRETCH
 from ovines.camera.boards import BOARD_STRETCH
 from ovines.camera.changes import PictureChange
-from vision.lens.forms import BOTH, SURE_SD, Form, Seen, all_forms, settled
+from vision.lens.forms import BOTH, SURE_SD, Form, StereoCoverage, all_forms, settled
 from vision.smooth_field import AMPLITUDES_PX, Solved
 
 Array = NDArray[np.float64]
@@ -91,7 +91,7 @@ def find_changes(
     runs: Callable[[], Sequence[Block]],
     solve: Callable[[Block, Sequence[float]], Sequence[Solved]],
     amplitude_px: float,
-    seen: Seen,
+    seen: StereoCoverage,
 ) -> Changed:
     """What is surely changed of two cameras' pictures, or was wrong with the boards that they were calibrated on.
 

@@ -18,19 +18,19 @@ from ovines.lens_field import LensField, lens_fields
 from ovines.recording import Recording
 from ovines.workers.threads import in_threads
 from vision.lens.changes import Block, Changed, find_changes
-from vision.lens.forms import Seen
+from vision.lens.forms import StereoCoverage
 from vision.lens.lattice import Lattice, lattice_over
 from vision.lens.open_terms import MOST_PLACES, open_terms
 from vision.lens.posterior import Posterior, fields_only, held_out, noise_variance, posterior_of
 from vision.lens.prior import calibration_part, smooth_prior
 from vision.lens.residuals import (
     NormalEquations,
-    Sightings,
+    StereoObservations,
     accumulate,
     layouts_scale,
     linear_parts,
     markers_of,
-    sightings_of,
+    observations_of,
 )
 from vision.lens.stretch import NOT_STRETCHED, ODDS_SD, SUSPECT, Stretched, most_stretched
 from vision.lens.tables import field_table, terms_table
@@ -84,22 +84,39 @@ def learn_lens_field(
 
     Parameters
     ----------
-    tracks : table ``tracks`` of each run (window pixels)
-    recordings : the runs they belong to
-    cameras : as calibrated; the two that the tracks name are used
-    covariance : table ``calibration_covariance``, where there is one
+    tracks
+        Table ``tracks`` of each run (window pixels).
+    recordings
+        The runs they belong to.
+    cameras
+        As calibrated; the two that the tracks name are used.
+    covariance
+        Table ``calibration_covariance``, where there is one.
 
     Returns
     -------
-    A field per camera where one lowers the misfit of the halves of the runs that it was not learnt from by more than
-    chance; else none, and ``lens_terms`` says why.
+    LensEstimate
+        A field per camera where one lowers the misfit of the halves of the runs that it was not learnt from by more
+        than chance; else none, and ``lens_terms`` says why.
+
+    Examples
+    --------
+    Do two runs show anything that the lens models leave over?
+
+    >>> from ovines.notebook import read_calibration, read_series, read_table
+    >>> from vision.lens.estimate import learn_lens_field
+    >>> recordings = read_series("sample_data/series_tilted")[:2]
+    >>> tracks = [read_table(one.folder / "tracks.parquet", "tracks") for one in recordings]
+    >>> learnt = learn_lens_field(tracks, recordings, read_calibration(recordings[0].calibration_file))
+    >>> learnt.field is None, learnt.note.split(":")[0]
+    (True, 'no lens field is used')
     """
     named = set().union(*(one["camera"].unique() for one in tracks)) if tracks else set()
     pair = sorted((camera for camera in cameras if camera.name in named), key=lambda camera: camera.name)
     if len(pair) != 2:
         return _nothing(0, "not two cameras")
-    sightings = [sightings_of(one, pair, recording) for one, recording in zip(tracks, recordings, strict=True)]
-    runs = [one for one in sightings if one is not None and len(one.frame) >= FEWEST_OF_RUN]
+    observations = [observations_of(one, pair, recording) for one, recording in zip(tracks, recordings, strict=True)]
+    runs = [one for one in observations if one is not None and len(one.frame) >= FEWEST_OF_RUN]
     if len({tuple(one.body) for one in runs}) != 1:
         return _nothing(0, "Host and NES with their layouts are not in all runs" if not runs else "runs differ")
     pixels = np.concatenate([one.uv_px.reshape(-1, 2, 2) for one in runs])
@@ -108,7 +125,7 @@ def learn_lens_field(
 
 
 def _of_rigid_bodies(
-    runs: Sequence[Sightings], names: Sequence[str], learn: Callable[[Sequence[Sightings]], _Learnt]
+    runs: Sequence[StereoObservations], names: Sequence[str], learn: Callable[[Sequence[StereoObservations]], _Learnt]
 ) -> LensEstimate:
     """What ``learn`` makes of ``runs`` without markers that move on their bodies, the worst first left out: those that
     alone ask for a field, or for another one than all others, or for more than a lens does."""
@@ -141,12 +158,15 @@ def _at_odds(stretched: Stretched, without: _Learnt) -> bool:
     return bool(off @ np.linalg.solve(covariance, off) > ODDS_SD**2)
 
 
-def _frames(runs: Sequence[Sightings]) -> int:
+def _frames(runs: Sequence[StereoObservations]) -> int:
     return sum(len(one.frame) for one in runs)
 
 
 def _learnt(
-    pair: Sequence[Camera], covariance: pd.DataFrame | None, lattices: Sequence[Lattice], runs: Sequence[Sightings]
+    pair: Sequence[Camera],
+    covariance: pd.DataFrame | None,
+    lattices: Sequence[Lattice],
+    runs: Sequence[StereoObservations],
 ) -> _Learnt:
     """What the runs tell."""
     frames = _frames(runs)
@@ -161,7 +181,10 @@ def _learnt(
 
 
 def _estimate(
-    runs: Sequence[Sightings], pair: Sequence[Camera], covariance: pd.DataFrame | None, lattices: Sequence[Lattice]
+    runs: Sequence[StereoObservations],
+    pair: Sequence[Camera],
+    covariance: pd.DataFrame | None,
+    lattices: Sequence[Lattice],
 ) -> _Learnt:
     frames = _frames(runs)
     halves = in_threads(_half, [(runs, pair, lattices, late) for late in (False, True)])
@@ -210,7 +233,7 @@ def _estimate(
 
 
 def _changes(
-    runs: Sequence[Sightings],
+    runs: Sequence[StereoObservations],
     pair: Sequence[Camera],
     lattices: Sequence[Lattice],
     data: tuple[Block, Callable[[], Sequence[Block]]],
@@ -228,11 +251,11 @@ def _changes(
         return [scaled.solved(one) for one in amplitudes_px]
 
     pixels, points = _places(runs)
-    where = Seen(pair, lattices, [pixels[:, c] for c in range(2)], points, layouts_scale(runs))
+    where = StereoCoverage(pair, lattices, [pixels[:, c] for c in range(2)], points, layouts_scale(runs))
     return find_changes(*data, solve, posterior.amplitude_px, where)
 
 
-def _places(runs: Sequence[Sightings]) -> tuple[Array, Array]:
+def _places(runs: Sequence[StereoObservations]) -> tuple[Array, Array]:
     """Some thousands of the places where markers of both bodies went: pixels (N, 2 cameras, 2) and points (N, 3)."""
     pixels = np.concatenate([one.uv_px[:, one.body >= 0].reshape(-1, 2, 2) for one in runs])
     points = np.concatenate([one.points_m[:, one.body >= 0].reshape(-1, 3) for one in runs])
@@ -241,7 +264,7 @@ def _places(runs: Sequence[Sightings]) -> tuple[Array, Array]:
     return pixels[seen], points[seen]
 
 
-def _bends_px(runs: Sequence[Sightings], lattices: Sequence[Lattice], mean: Array) -> list[float]:
+def _bends_px(runs: Sequence[StereoObservations], lattices: Sequence[Lattice], mean: Array) -> list[float]:
     """RMS of the fields ``mean`` (P,) of both cameras where markers went, about their means there."""
     pixels, _ = _places(runs)
     out, first = [], 0
@@ -259,7 +282,7 @@ def _nothing(frames: int, why: str) -> LensEstimate:
 
 
 def _half(
-    runs: Sequence[Sightings], cameras: Sequence[Camera], lattices: Sequence[Lattice], late: bool
+    runs: Sequence[StereoObservations], cameras: Sequence[Camera], lattices: Sequence[Lattice], late: bool
 ) -> list[NormalEquations]:
     """Normal equations of the first or second half of each run."""
     out = []

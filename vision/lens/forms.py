@@ -26,7 +26,7 @@ DEGREE = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class StereoCoverage:
     """What a pair of ``cameras`` saw: the ``lattices`` of their fields, places of markers of both bodies ``places_px``
     (N, 2) of each, ``points_m`` (N, 3) between their rays, and by which share the markers' layouts came out too large
     (``scale``, with its sd)."""
@@ -50,7 +50,7 @@ class Form:
     at: tuple[float, float] = (0.0, 0.0)
 
 
-def all_forms(seen: Seen) -> list[Form]:
+def all_forms(seen: StereoCoverage) -> list[Form]:
     """What may have become of each camera, and what boards may have made of both."""
     out = []
     for c, (camera, places) in enumerate(zip(seen.cameras, seen.places_px, strict=True)):
@@ -69,7 +69,7 @@ def all_forms(seen: Seen) -> list[Form]:
     return [*out, *_of_boards(seen)]
 
 
-def _of_boards(seen: Seen) -> list[Form]:
+def _of_boards(seen: StereoCoverage) -> list[Form]:
     """A stretch by two sizes, along two directions and shorter across, as poses and layouts leave a scale open; a bow
     about the middle of where markers went, and by two sizes where its own middle lies."""
     middle = _middle(seen)
@@ -90,11 +90,11 @@ def _of_boards(seen: Seen) -> list[Form]:
     ]
 
 
-def _middle(seen: Seen) -> Array:
+def _middle(seen: StereoCoverage) -> Array:
     return np.asarray(seen.points_m[:, :2].mean(0), float)
 
 
-def _board_columns(seen: Seen, moves: Callable[[Array, Array], Array]) -> tuple[Array, tuple[float, ...]]:
+def _board_columns(seen: StereoCoverage, moves: Callable[[Array, Array], Array]) -> tuple[Array, tuple[float, ...]]:
     """Columns (P, K) of what ``moves`` (K, N, 2) of places about the middle do to both pictures, 1 px RMS each, and
     what that is in their own units."""
     by_point = [camera.project_with_jacobian(seen.points_m)[1][..., :2] for camera in seen.cameras]
@@ -102,12 +102,12 @@ def _board_columns(seen: Seen, moves: Callable[[Array, Array], Array]) -> tuple[
     return np.column_stack([column for column, _ in told]), tuple(unit for _, unit in told)
 
 
-def _off(seen: Seen) -> Array:
+def _off(seen: StereoCoverage) -> Array:
     """Places (2, N) about the middle of where markers went."""
     return np.asarray((seen.points_m[:, :2] - _middle(seen)).T, float)
 
 
-def _both(seen: Seen, moved_px: Sequence[Array]) -> tuple[Array, float]:
+def _both(seen: StereoCoverage, moved_px: Sequence[Array]) -> tuple[Array, float]:
     """The column (P,) of what moves pixels of both cameras by ``moved_px`` (N, 2) of each, 1 px RMS, and what that is
     in its own unit."""
     size = float(np.sqrt(np.mean([np.sum(one**2, 1) for one in moved_px])))
@@ -138,7 +138,7 @@ def _column(lattices: Sequence[Lattice], fields: Mapping[int, Callable[[Array], 
     )
 
 
-def settled(form: Form, mean: Array, covariance: Array, seen: Seen) -> Form:
+def settled(form: Form, mean: Array, covariance: Array, seen: StereoCoverage) -> Form:
     """What boards do, along the direction or about the place that the sizes say, as one column; others as they are.
 
     A print that is too long along one direction is one that is too short across it but for the scale, which the
@@ -161,7 +161,7 @@ def settled(form: Form, mean: Array, covariance: Array, seen: Seen) -> Form:
     return Form(BOTH, form.target, column[:, None], (unit,), at)
 
 
-def _bow_middle(form: Form, mean: Array, covariance: Array, seen: Seen) -> tuple[float, float]:
+def _bow_middle(form: Form, mean: Array, covariance: Array, seen: StereoCoverage) -> tuple[float, float]:
     """Where a bow k |y - d|^2 (y - d) has its middle d: what it holds of second powers is -k d."""
     if abs(mean[0]) < SURE_SD * np.sqrt(covariance[0, 0]):
         return form.at

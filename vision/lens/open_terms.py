@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ovines.camera import Camera, baseline
 from vision.lens.lattice import Lattice
-from vision.lens.residuals import Sightings
+from vision.lens.residuals import StereoObservations
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ OPEN_TERMS = (
 MOST_PLACES = 3000
 
 
-def open_terms(lattices: Sequence[Lattice], cameras: Sequence[Camera], runs: Sequence[Sightings]) -> Array:
+def open_terms(lattices: Sequence[Lattice], cameras: Sequence[Camera], runs: Sequence[StereoObservations]) -> Array:
     """How much of each of ``OPEN_TERMS`` a field holds where the bodies went, per spline: (9, P).
 
     By least squares over the places of all markers, the terms together; about the middle of those places.

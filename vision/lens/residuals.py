@@ -39,7 +39,7 @@ SHARED_SD = (0.1, 0.1, 1e-2, 100.0, 100.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Sightings:
+class StereoObservations:
     """Markers of one run that both cameras saw, as arrays over F frames, M markers and two cameras.
 
     ``uv_px`` (F, M, 2, 2) full-sensor pixels by camera, NaN where not seen by both; ``sd_px`` (F, M, 2); ``frame``
@@ -57,7 +57,7 @@ class Sightings:
     points_m: Array
     layout_sd_m: float
 
-    def between(self, first: int, last: int) -> Sightings:
+    def between(self, first: int, last: int) -> StereoObservations:
         """The frames from number ``first`` up to ``last``."""
         part = slice(first, last)
         return replace(
@@ -69,7 +69,7 @@ class Sightings:
             points_m=self.points_m[part],
         )
 
-    def without(self, marker: int) -> Sightings:
+    def without(self, marker: int) -> StereoObservations:
         """The same where ``marker`` was never seen, in the frames that still show enough of its body."""
         uv_px, points_m = self.uv_px.copy(), self.points_m.copy()
         uv_px[:, marker], points_m[:, marker] = np.nan, np.nan
@@ -123,7 +123,7 @@ def markers_of(recording: Recording) -> list[str]:
     return [*still, *(marker for name in MOVING for marker in bodies[name].markers)]
 
 
-def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording) -> Sightings | None:
+def observations_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Recording) -> StereoObservations | None:
     """Arrays of one run's tracks; None where Host and NES with three markers each and their layouts are not given."""
     bodies = recording.bodies
     if any(name not in bodies or bodies[name].layout_m is None for name in MOVING):
@@ -159,10 +159,10 @@ def sightings_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: Rec
     enough = [np.isfinite(xyz[:, body == k, 0]).sum(1) >= FEWEST_MARKERS for k in range(len(MOVING))]
     keep = np.logical_and.reduce(enough)
     placed = [bodies[name].layout_sd_m or PLACEMENT_SD_M for name in MOVING]
-    return Sightings(frames[keep], time_s[keep], uv[keep], sd[keep], body, layout, xyz[keep], max(placed))
+    return StereoObservations(frames[keep], time_s[keep], uv[keep], sd[keep], body, layout, xyz[keep], max(placed))
 
 
-def poses_of(run: Sightings) -> Array:
+def poses_of(run: StereoObservations) -> Array:
     """x, y, angle of each moving body and its height, (F, 2, 4) [m, m, rad, m]: the rigid fit in the plane."""
     out = np.empty((len(run.frame), len(MOVING), 4))
     for k in range(len(MOVING)):
@@ -189,7 +189,7 @@ def poses_of(run: Sightings) -> Array:
     return out
 
 
-def layouts_scale(runs: Sequence[Sightings]) -> tuple[float, float]:
+def layouts_scale(runs: Sequence[StereoObservations]) -> tuple[float, float]:
     """By which share the markers of both bodies lie too far apart, against the design of their layouts, and its sd."""
     top = bottom = squares = 0.0
     for run in runs:
@@ -236,7 +236,7 @@ class Fitted:
         )
 
 
-def linear_parts(run: Sightings, cameras: Sequence[Camera], lattices: Sequence[Lattice]) -> Iterator[Linear]:
+def linear_parts(run: StereoObservations, cameras: Sequence[Camera], lattices: Sequence[Lattice]) -> Iterator[Linear]:
     """The run as whitened linear equations, some hundred frames at a time."""
     poses = poses_of(run)
     world = _modelled(run, poses)
@@ -249,7 +249,7 @@ def linear_parts(run: Sightings, cameras: Sequence[Camera], lattices: Sequence[L
         yield _linear(run.body, run.sd_px[part], fitted.part(part), cameras, lattices)
 
 
-def _modelled(run: Sightings, poses: Array) -> Array:
+def _modelled(run: StereoObservations, poses: Array) -> Array:
     """Where poses put the markers in the world, (F, M, 3), a shared height for both bodies."""
     out = np.broadcast_to(run.layout_m, (len(run.frame), *run.layout_m.shape)).copy()
     height = poses[:, :, 3].mean(1)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.lens.lattice import Lattice
-from vision.lens.residuals import Sightings
+from vision.lens.residuals import StereoObservations
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ NOT_STRETCHED = Stretched(-1, 0.0, np.zeros(2), np.zeros((2, 0)))
 
 
 def most_stretched(
-    runs: Sequence[Sightings], lattices: Sequence[Lattice], mean: Array, calibration: Array
+    runs: Sequence[StereoObservations], lattices: Sequence[Lattice], mean: Array, calibration: Array
 ) -> Stretched:
     """The marker of a moving body along whose way fields ``mean`` (P,) [px] stretch most, against what a lens, and
     what the ``calibration`` (P, P) leaves open, may do."""

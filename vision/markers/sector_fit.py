@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ovines.robust import MEDIAN_TO_SD, TUKEY_SD
 from vision.compiled import compiled, compiled_fast
 from vision.markers.normal_equations import at_edge
 from vision.markers.row import (
@@ -49,8 +50,6 @@ Singles = NDArray[np.float32]
 _MOST, _FEWEST, _ARC_PX = 24, 10, 3.0  # sectors, and their length along the edge
 _BAND_SIGMAS, _FLAT_PX = 2.5, 2.0  # of the blurred edge, and of each side's plain level beyond it
 _WIDEST = 4.0  # times the band of a round disc that a flat one's may have: of a shape gone astray not the whole picture
-_TUKEY = 4.685  # robust sd at which a sector drops out: Tukey's biweight of 95 % efficiency
-_TO_SD = 1.4826  # sd of a normal distribution over its median absolute deviation
 _LEAST_SHARE = 0.6  # share of the sectors that must agree
 _LEAST_WEIGHT = 0.3  # of a sector that counts as agreeing
 _MOST_NOISE = 4.0  # times the median sector's: another edge runs through
@@ -216,12 +215,12 @@ def _move(p: Array, found: Array, noise: float, n_free: int, weight: Array, step
             for i in range(n_free):
                 left -= rows[k, i] * step[i]
             residual[k] = left / sd
-        scale = max(1.0, _TO_SD * float(np.nanmedian(np.abs(residual))))
+        scale = max(1.0, MEDIAN_TO_SD * float(np.nanmedian(np.abs(residual))))
         matrix[:] = 0.0
         right = np.zeros(_N_STEP)
         total = squares = 0.0
         for k in range(n_sectors):
-            u = residual[k] / (_TUKEY * scale)
+            u = residual[k] / (TUKEY_SD * scale)
             agrees = np.isfinite(u) and abs(u) < 1.0 and found[k, RMS] < _MOST_NOISE * noise
             weight[k] = (1.0 - u * u) ** 2 if agrees else 0.0
             if not agrees:

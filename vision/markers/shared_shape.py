@@ -21,7 +21,6 @@ from vision.markers.window import collect
 Array = NDArray[np.float64]
 
 FEWEST_DISCS = 12  # from which on three numbers of each frequency are known well enough
-_LINEAR = 3  # a shape that perspective changes over the picture: constant, along u, along v
 _ROUNDS = 3  # of weighing: a disc half covered has a shape of its own
 
 

@@ -16,8 +16,8 @@ from scipy.special import chdtrc, fdtrc
 
 from vision.calibration.bundle.adjustment import adjust
 from vision.calibration.bundle.equations import project
-from vision.calibration.bundle.unknowns import Sighting
-from vision.calibration.single_camera import Single, only_poses, sightings_of
+from vision.calibration.bundle.unknowns import Observation
+from vision.calibration.single_camera import Single, observations_of, only_poses
 from vision.calibration.targets.boards import Board
 from vision.pinhole import pinhole
 from vision.validation.image_map import ImageMap
@@ -61,7 +61,7 @@ def compare_halves(single: Single, board: Board, at: ImageMap) -> Halves | None:
         stay = list(range(first, len(single.views), 2))
         start = only_poses(single.adjusted.state, stay)
         views = [single.views[k] for k in stay]
-        found = adjust(sightings_of(views, board, start), start, copy(single.setting))
+        found = adjust(observations_of(views, board, start), start, copy(single.setting))
         spline = found.state.splines[0]
         lenses.append(np.concatenate([found.state.intrinsics[0], [] if spline is None else spline.values_px]))
         covariances.append(np.nan_to_num(found.lens_covariance(0)))
@@ -88,11 +88,13 @@ def residual_field(single: Single, board: Board) -> Field:
     uv = np.concatenate([view.uv_px for view in single.views])
     low, span = uv.min(0), np.ptp(uv, axis=0)
     tested = [_Sums(degree, 2 * len(points_m) * several) for degree in DEGREES]
-    for sighting, residual in zip(sightings_of(single.views, board, found.state), found.residuals_px, strict=True):
-        seen, by_lens, _, by_pose = project(sighting, found.state, single.setting, derivatives=True)
+    for observation, residual in zip(
+        observations_of(single.views, board, found.state), found.residuals_px, strict=True
+    ):
+        seen, by_lens, _, by_pose = project(observation, found.state, single.setting, derivatives=True)
         fixed = [by_lens[..., single.setting.lens_free(found.state, 0)].reshape(2 * len(residual), -1)]
         if several:
-            fixed.append(_board_slopes(sighting, single, len(points_m)))
+            fixed.append(_board_slopes(observation, single, len(points_m)))
         posed = np.linalg.qr(by_pose.reshape(-1, by_pose.shape[-1]))[0]
         place = 2 * (seen - low) / span - 1  # as predicted: the place as measured would bring the noise in
         for sums in tested:
@@ -102,13 +104,13 @@ def residual_field(single: Single, board: Board) -> Field:
     return Field(max(fields, key=lambda field: -field.p).rms_px, p)
 
 
-def _board_slopes(sighting: Sighting, single: Single, count: int) -> Array:
+def _board_slopes(observation: Observation, single: Single, count: int) -> Array:
     """Derivatives (2 n, 2 count) of a view's pixels by where the board's points lie on it."""
     state = single.adjusted.state
-    turn, shift = state.rotation[sighting.pose], state.translation[sighting.pose]
-    slope = pinhole(sighting.points_m @ turn.T + shift, state.intrinsics[0])[2] @ turn[:, :2]
+    turn, shift = state.rotation[observation.pose], state.translation[observation.pose]
+    slope = pinhole(observation.points_m @ turn.T + shift, state.intrinsics[0])[2] @ turn[:, :2]
     out = np.zeros((len(slope), 2, count, 2))
-    out[np.arange(len(slope)), :, single.views[sighting.pose].points] = slope
+    out[np.arange(len(slope)), :, single.views[observation.pose].points] = slope
     return out.reshape(2 * len(slope), 2 * count)
 
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ovines.errors import InputError
 from ovines.lens_field import LensField
 from vision.calibration.bundle.adjustment import adjust
-from vision.calibration.bundle.unknowns import Adjusted, Setting, Sighting, State
-from vision.calibration.single_camera import Single, board_pose, only_poses, sightings_of, solve_camera, unbiased
+from vision.calibration.bundle.unknowns import Adjusted, Observation, Setting, State
+from vision.calibration.single_camera import Single, board_pose, observations_of, only_poses, solve_camera, unbiased
 from vision.calibration.targets.boards import Board
 from vision.calibration.targets.detection import View
 from vision.pinhole import K1, K3, N_INTRINSICS, S1, lens_of
@@ -146,14 +146,14 @@ def _with_terms(single: Single, board: Board, held: int) -> Single:
     setting.free = single.setting.free.copy()
     setting.free[0, K3:held] = True
     state = single.adjusted.state
-    adjusted = adjust(sightings_of(single.views, board, state), state, setting, ITERATIONS)
+    adjusted = adjust(observations_of(single.views, board, state), state, setting, ITERATIONS)
     return Single(adjusted, setting, single.views, dict(single.dropped))
 
 
 def _with_spline(single: Single, board: Board, spline: LensField) -> Single | None:
     """The camera solved again with a spline beside its terms; None where its residuals show no smooth field."""
     setting, state = copy(single.setting), replace(single.adjusted.state, splines=(spline,))
-    adjusted = adjust_with_spline(sightings_of(single.views, board, state), state, setting, ITERATIONS)
+    adjusted = adjust_with_spline(observations_of(single.views, board, state), state, setting, ITERATIONS)
     return None if adjusted is None else Single(adjusted, setting, single.views, dict(single.dropped))
 
 
@@ -165,20 +165,20 @@ def _held_out(single: Single, board: Board) -> list[Array]:
         stay = np.flatnonzero(parts != part)
         start = only_poses(single.adjusted.state, [int(k) for k in stay])
         views = [single.views[k] for k in stay]
-        found = _again(sightings_of(views, board, start), start, copy(single.setting))
+        found = _again(observations_of(views, board, start), start, copy(single.setting))
         for k in np.flatnonzero(parts == part):
             residuals[k] = _by_lens(single.views[k], board, found, single.adjusted.state, int(k))
     return residuals
 
 
-def _again(sightings: list[Sighting], start: State, setting: Setting) -> Adjusted:
+def _again(observations: list[Observation], start: State, setting: Setting) -> Adjusted:
     """The lens from some of the views, a spline as large and as smooth as they alone say."""
     spline = start.splines[0]
     if spline is None:
-        return adjust(sightings, start, setting, ITERATIONS)
+        return adjust(observations, start, setting, ITERATIONS)
     flat = replace(start, splines=(spline.with_values(np.zeros(spline.size)),))
-    return adjust_with_spline(sightings, flat, setting, ITERATIONS) or adjust(
-        sightings, replace(start, splines=()), replace(setting, spline_priors=()), ITERATIONS
+    return adjust_with_spline(observations, flat, setting, ITERATIONS) or adjust(
+        observations, replace(start, splines=()), replace(setting, spline_priors=()), ITERATIONS
     )
 
 

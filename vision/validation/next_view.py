@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from vision.calibration.bundle.equations import project
-from vision.calibration.bundle.unknowns import Sighting, State
+from vision.calibration.bundle.unknowns import Observation, State
 from vision.calibration.single_camera import Single
 from vision.calibration.targets.boards import Board
 from vision.calibration.targets.detection import MINIMUM_POINTS
@@ -103,7 +103,7 @@ def _says(
     state = State(solved.intrinsics, np.eye(3)[None], np.zeros((1, 3)), pose[0][None], pose[1][None], solved.splines)
     if ((points_m @ pose[0].T + pose[1])[:, 2] <= 0).any():
         return None
-    uv, by_lens, _, by_pose = project(Sighting(0, 0, False, points_m, points_m), state, single.setting, True)
+    uv, by_lens, _, by_pose = project(Observation(0, 0, False, points_m, points_m), state, single.setting, True)
     seen = ((uv > 0) & (uv < np.array(size_px) - 1)).all(1)
     if seen.sum() < max(MINIMUM_POINTS, len(points_m) / 2):
         return None

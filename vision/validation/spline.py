@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ovines.lens_field import LensField
 from vision.calibration.bundle.adjustment import adjust
 from vision.calibration.bundle.descent import information
-from vision.calibration.bundle.unknowns import Adjusted, Setting, Sighting, SplinePrior, State
+from vision.calibration.bundle.unknowns import Adjusted, Observation, Setting, SplinePrior, State
 from vision.smooth_field import AMPLITUDES_PX, both_axes, likeliest, rooted, smooth_covariance
 
 Array = NDArray[np.float64]
@@ -34,36 +34,36 @@ def flat_spline(size_px: tuple[int, int]) -> LensField:
 
 
 def adjust_with_spline(
-    sightings: Sequence[Sighting], start: State, setting: Setting, iterations: int = 40
+    observations: Sequence[Observation], start: State, setting: Setting, iterations: int = 40
 ) -> Adjusted | None:
-    """The one camera with its spline adjusted, its prior being what these sightings make likeliest.
+    """The one camera with its spline adjusted, its prior being what these observations make likeliest.
 
-    ``start`` has a spline, flat or found before; ``setting`` keeps the prior.  None where the sightings show no smooth
-    field beside the lens.
+    ``start`` has a spline, flat or found before; ``setting`` keeps the prior.  None where the observations show no
+    smooth field beside the lens.
     """
     found: Adjusted | None = None
     state, before = start, None
     for _ in range(_ROUNDS):
-        best, evidence, prior = _likeliest_prior(sightings, state, setting)
+        best, evidence, prior = _likeliest_prior(observations, state, setting)
         if evidence < SPEAKS:
             return None
         if best == before:
             break
         before = best
         setting.spline_priors = (prior,)
-        found = adjust(sightings, state, setting, iterations)
+        found = adjust(observations, state, setting, iterations)
         state = found.state
     return found
 
 
 def _likeliest_prior(
-    sightings: Sequence[Sighting], state: State, setting: Setting
+    observations: Sequence[Observation], state: State, setting: Setting
 ) -> tuple[tuple[int, int], float, SplinePrior]:
     spline = state.splines[0]
     assert spline is not None  # the caller starts from a state that has one
     nodes = spline.nodes_px
     side = float(np.ptp(nodes, axis=0).max())
-    told, right = information(sightings, state, setting)
+    told, right = information(observations, state, setting)
 
     smooth = cache(lambda length: both_axes(smooth_covariance(nodes, LENGTH_SHARES[length] * side)))
     under = cache(lambda length: rooted(told, right, smooth(length)))

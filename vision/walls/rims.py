@@ -19,7 +19,7 @@ from scipy.ndimage import maximum_filter1d
 
 from ovines.camera import Camera
 from ovines.errors import InputError
-from ovines.robust import MEDIAN_TO_SD, spread
+from ovines.robust import MEDIAN_TO_SD, TUKEY_SD, spread, tukey_weight
 from vision.walls.edges import SMOOTH_PX, STEP_PX, slopes
 
 _SPACING_PX = 2.0  # along the curve; nearer points share their pixels
@@ -34,7 +34,7 @@ _LEAST_SLOPE, _OF_USUAL, _OF_NOISE = 1.0, 0.25, 0.5
 _USUAL_WIDTH2 = 2.0  # squared width of the smoothed edge [px^2] where none is clear
 _STRONGEST = 12.0  # grey levels/px that count while the radius is searched: no bright scratch outweighs the rest
 _PRIOR_SD = 0.6  # of the searched range, about the expected radius
-_TUKEY, _LEAST_SCALE_PX = 4.7, 0.05  # robust sds at which an edge point drops out, and the least sd
+_LEAST_SCALE_PX = 0.05  # least robust sd of the edge points
 _RADII = (0.5, 1.5)  # of the expected radius: beyond, the circle is another's
 _COARSE_POINTS = 90  # of the circle's image, for its length
 _POINTS = (60, 1500)  # fewest and most along it
@@ -222,7 +222,7 @@ def _tukey(residual: np.ndarray) -> np.ndarray:
     """Tukey's biweights (n,), wider by the median of the residuals: the circle may still be off by it."""
     centre = np.median(residual)
     scale = max(spread(residual), _LEAST_SCALE_PX)
-    return np.maximum(1 - (residual / (_TUKEY * scale + abs(centre))) ** 2, 0) ** 2
+    return tukey_weight(residual / (TUKEY_SD * scale + abs(centre)))
 
 
 def _per_camera(used: np.ndarray, count: Sequence[int]) -> tuple[int, ...]:

@@ -27,7 +27,7 @@ from analysis.gap.laws.impact_rows import (
     of_target,
     weighed_evenly,
 )
-from analysis.gap.laws.linear_law import told_law, values_of
+from analysis.gap.laws.linear_law import reported_law, values_of
 from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.covariates import FOLLOWED
@@ -110,7 +110,7 @@ def find_impact_law(
             rows.problem, rows.columns, among or asked(rows), rng, level, () if among else of_impacts(rows.known)
         ),
     )
-    return told_law(sharp, found, p, frame)
+    return reported_law(sharp, found, p, frame)
 
 
 def _with_its_sides(
@@ -209,10 +209,10 @@ def find_wall_law(
     problem = distance_regression(impacts, fits)
     candidates = [*wall_candidates(problem.known), *of_rates(problem, impacts, fits, rng)]
     found, p = find_law(problem.problem, problem.columns, candidates, rng, level, of_impacts(problem.known))
-    return None if found is None else told_wall_law(problem, found, p, impacts, fits, frame, least_m)
+    return None if found is None else reported_wall_law(problem, found, p, impacts, fits, frame, least_m)
 
 
-def told_wall_law(
+def reported_wall_law(
     problem: ImpactRegression,
     found: Found,
     p: float,
@@ -228,7 +228,7 @@ def told_wall_law(
         return None
     # What the law moves is no scatter of the distances: weighed again without it.
     sharp = distance_regression(impacts, fits, law_at(found.parts, values_of(found)))
-    return replace(told_law(sharp, found, p, frame), size=size_m)
+    return replace(reported_law(sharp, found, p, frame), size=size_m)
 
 
 def leaning_wall(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> ImpactFit:

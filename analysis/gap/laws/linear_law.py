@@ -44,7 +44,7 @@ def values_of(found: Found) -> Array:
     return np.concatenate([found.coefficients, [n for part in found.parts for n in part.numbers]])
 
 
-def told_law(rows: Rows, found: Found, p: float, frame: RigFrame) -> LawFound:
+def reported_law(rows: Rows, found: Found, p: float, frame: RigFrame) -> LawFound:
     """The law of ``found`` as it is told, held out run by run on ``rows`` whose noise is 1."""
     values = values_of(found)
     covariance = np.zeros((len(values), len(values)))

@@ -66,7 +66,7 @@ class Loose:
     structure: Structure
 
 
-def told(series: Series, body: str, marker: int, with_what: str, size: tuple[float, float]) -> Loose:
+def loose_marker(series: Series, body: str, marker: int, with_what: str, size: tuple[float, float]) -> Loose:
     """A marker that moves by a size (m) of a known sd."""
     name, (size_m, sd_m) = series.recordings[0].bodies[body].markers[marker], size
     sure = size_m / sd_m
@@ -140,13 +140,13 @@ def with_its_body(series: Series, body: str, clock_s: float = 0.0) -> list[Loose
         if found is None:
             continue
         marker, size_m, sd_m = found
-        feigned = 0.0
+        spurious_m = 0.0
         if body == "host":
             data = [series.runs[one.run].data for one in runs]
             order, share = (0, LENS_SHEAR) if with_what == ACCELERATION else (1, SHARE_OF_CLOCK * abs(clock_s))
-            feigned = share * _rms(np.concatenate([one.host.at(one.time_s, order)[:, :2] for one in data]))
-        if size_m > max(LOOSE_M, feigned) and size_m > SURE_SD * sd_m:
-            out.append(told(series, body, marker, with_what, (size_m, sd_m)))
+            spurious_m = share * _rms(np.concatenate([one.host.at(one.time_s, order)[:, :2] for one in data]))
+        if size_m > max(LOOSE_M, spurious_m) and size_m > SURE_SD * sd_m:
+            out.append(loose_marker(series, body, marker, with_what, (size_m, sd_m)))
     return sorted(out, key=lambda one: -one.structure.gain)[:1]
 
 

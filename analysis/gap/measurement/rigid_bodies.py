@@ -25,7 +25,7 @@ from analysis.gap.measurement.body_residuals import (
     on_body,
     over_runs,
 )
-from analysis.gap.measurement.loose_markers import VELOCITY, Loose, told, with_its_body
+from analysis.gap.measurement.loose_markers import VELOCITY, Loose, loose_marker, with_its_body
 from analysis.gap.series import Series, Triangulate
 from ovines.plausibility.exchanged import Exchange, exchanged_labels
 from ovines.recording import Recording
@@ -124,7 +124,7 @@ def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str)
     if not found:
         return []
     size, sd, marker, when = max(found)
-    return [told(series, body, marker, when, (size, sd))]
+    return [loose_marker(series, body, marker, when, (size, sd))]
 
 
 def _surely_moved(size: Array, sd: Array, when: str) -> Iterator[tuple[float, float, int, str]]:

@@ -39,6 +39,10 @@ Array = NDArray[np.float64]
 LENS_PX, LENS_FULL_PX, LENS_SEEN = 0.10, 0.01, 3.0
 # Two such slopes add like the sides of a triangle: more than this many times the one is seen once in 50 series.
 LENS_TILTS = 2.8
+# ... told from the means of squares of the room this wide, of so many frames each and so many in all; frames so many
+# robust sds off their square's median are none of it, and a correlation beyond this is no longer noise.
+SQUARE_M, FEWEST_IN_SQUARE, FEWEST_SEEN = 0.01, 20, 50
+GROSS_SD, MOST_LAG = 5.0, 0.9
 # Rounds of the robust fit of both bodies' frames, and what keeps it solvable where a body never moves.
 ROUNDS, RIDGE = 6, 1e-12
 # Velocities at the NES come from local parabolas: a late clock is right to this share.
@@ -267,23 +271,24 @@ def lens_residual(a: Array, residual: Array) -> tuple[float, bool, float]:
     """
     rows = np.flatnonzero((a[:, 3] == 0) & (a[:, 4] == 0))
     heights = np.flatnonzero((a[:, 3] != 0) | (a[:, 4] != 0))
-    if len(rows) != len(heights) or len(rows) < 50:
+    if len(rows) != len(heights) or len(rows) < FEWEST_SEEN:
         return 0.0, False, 1.0
-    place = np.floor(a[heights, 3:5] / 0.01).astype(int)
-    _, square = np.unique(place[:, 0] * 1000 + place[:, 1], return_inverse=True)
+    place = np.floor(a[heights, 3:5] / SQUARE_M).astype(int)
+    _, square = np.unique(place, axis=0, return_inverse=True)
     r = residual[rows]
     centre, deviation = _by_square(r, square, np.median), _by_square(np.abs(r), square, np.median)
-    use = np.abs(r - centre[square]) < 5 * MEDIAN_TO_SD * deviation[square] + 1e-12
+    use = np.abs(r - centre[square]) < GROSS_SD * MEDIAN_TO_SD * deviation[square] + 1e-12
     r, square = r[use], square[use]
     count, mean = np.bincount(square), _by_square(r, square, np.mean)
     within = r - mean[square]
-    full = count >= 20
+    full = count >= FEWEST_IN_SQUARE
     if not full.any():
         return 0.0, False, 1.0
     variance = (np.bincount(square, within**2) / np.maximum(count, 1))[full]
     pairs = square[1:] == square[:-1]
     lag = float(np.sum(within[1:][pairs] * within[:-1][pairs]) / max(np.sum(within[1:][pairs] ** 2), 1e-300))
-    inflation = (1 + np.clip(lag, 0.0, 0.9)) / (1 - np.clip(lag, 0.0, 0.9))
+    lag = float(np.clip(lag, 0.0, MOST_LAG))
+    inflation = (1 + lag) / (1 - lag)
     excess = np.sum((mean[full] ** 2 - variance / count[full]) * count[full]) / count[full].sum()
     chi = float(np.mean(mean[full] ** 2 * count[full] / variance)) / inflation
     return float(np.sqrt(max(excess, 0.0))), chi > LENS_SEEN, float(inflation)

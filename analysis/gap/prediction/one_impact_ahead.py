@@ -23,6 +23,10 @@ from analysis.walls.wall import Wall
 
 Array = NDArray[np.float64]
 
+# Slower approaches are chatter, whose impacts follow each other within frames: none of them is predicted by itself (the
+# rig's own units).
+SLOWEST_APPROACH_M_PER_S = 0.05
+
 
 @dataclass(frozen=True)
 class _Learnt:
@@ -103,7 +107,7 @@ def _carry(
 ) -> tuple[NDArray[np.int64], Array] | None:
     law, impact = learnt.law, measure(one, learnt.wall)
     before, slip = float(impact.of("normal_before")[0]), float(impact.of("tangential_before")[0])
-    if before < 0.05:
+    if before < SLOWEST_APPROACH_M_PER_S:
         return None
     azimuth = impact.azimuth_rad
     here = Conditions(np.array([before]), azimuth, one.time_s - run.data.start_s, one.run.astype(float))

@@ -45,6 +45,8 @@ Array = NDArray[np.float64]
 # Restitution scatters by up to 0.03 from impact to impact, contact distances by the lens residual: more has a
 # cause.
 USUAL_SCATTER = 0.03
+# ... and above so many times it something else scatters them, which no covariate shows.
+WIDE_SCATTER = 1.35 * USUAL_SCATTER
 LEAST_IMPACTS = 8
 # An impact's noise counts up to so many times the usual one: its distance is no better than clipped.
 GROSS_NOISE = 4.0
@@ -254,7 +256,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
         return []
     out = []
     scatter = float(fit_restitution(base.data, restitution_design(base.data, step.restitution_terms))[2])
-    if scatter > 1.35 * USUAL_SCATTER:
+    if scatter > WIDE_SCATTER:
         out.append(
             Structure(
                 "impact",

@@ -26,6 +26,7 @@ from analysis.gap.selection.flights.missing_acceleration import (
     residual_frames,
 )
 from analysis.gap.selection.null_distribution import by_chance
+from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 # Bins of a covariate, drawn turns, and pieces that are enough to ask.
@@ -82,7 +83,9 @@ def left_in_flights(
 def _best_pair(pieces: pd.DataFrame, rng: np.random.Generator) -> tuple[float, float, float, str, str]:
     """Gain, probability by chance, size, component and covariate of the best pair."""
     components = [c for c in COMPONENTS if pieces[c].notna().mean() > 0.5]
-    covariates = [c for c in pieces if c not in (*COMPONENTS, "number", "weight", "run")]
+    covariates = [  # some that nobody measured in any piece tell nothing
+        c for c in pieces if c not in (*COMPONENTS, "number", "weight", "run") and pieces[c].notna().any()
+    ]
     weight = pieces["weight"].to_numpy(float)
     values = np.stack([_standard(pieces[c].to_numpy(float), weight) for c in components])
     run = np.unique(pieces["run"], return_inverse=True)[1]
@@ -107,15 +110,13 @@ def _standard(acceleration: Array, weight: Array) -> Array:
     """Accelerations over their scatter, drawn in where far off; 0 where unknown."""
     z = acceleration * np.sqrt(weight)
     known = np.isfinite(z)
-    scale = max(float(np.median(np.abs(z[known]))) / 0.6745, 1e-300) if known.any() else 1.0
+    scale = max(residual_sd(z[known]), 1e-300) if known.any() else 1.0
     return np.where(known, np.clip(np.nan_to_num(z) / scale, -CUT_SD, CUT_SD), 0.0)
 
 
 def _bins(values: Array, circular: bool) -> NDArray[np.int64]:
     """Bin of each piece: equal parts of a circle, else equal numbers; -1 where the covariate is unknown."""
     known = np.isfinite(values)
-    if not known.any():
-        return np.full(len(values), -1)
     if circular:
         at = np.floor((values + 180.0) / 360.0 * BINS)
     else:

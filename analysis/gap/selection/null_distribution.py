@@ -26,6 +26,8 @@ from analysis.gap.selection.impacts.restitution import SPOTS_BY_CHANCE, restitut
 Array = NDArray[np.float64]
 # Four stages draw lots of their own: one series in a hundred reaches any of their levels.
 DRAWS, LEVEL = 400, 1 - 0.01 / 4
+# A share of the draws above this is counted, to a fifth or better (20 of 400); a smaller one is read off the tail.
+COUNTED_SHARE = 0.05
 
 
 def flight_null_distribution(
@@ -113,7 +115,7 @@ def by_chance(null_distribution: Array, value: float) -> float:
         return 1.0
     share = float(np.mean(drawn >= value))
     scale = float(np.std(drawn)) * np.sqrt(6) / np.pi
-    if share > 0.05 or scale <= 0:
+    if share > COUNTED_SHARE or scale <= 0:
         return max(share, 1 / (len(drawn) + 1))
     at = (value - float(np.mean(drawn)) + np.euler_gamma * scale) / scale
     return float(max(-np.expm1(-np.exp(-at)), SMALLEST_P))

@@ -48,7 +48,7 @@ def few(impacts: int, unknowns: int) -> float:
     return float(np.sqrt(impacts / free)) * student_over_normal(free)
 
 
-def told_restitution(fit: EffectsFit, impacts: int) -> Interval:
+def reported_restitution(fit: EffectsFit, impacts: int) -> Interval:
     """The restitution to which a scenario adds the effects."""
     return normal_interval(fit.value, few(impacts, fit.unknowns) * fit.sd)
 

@@ -2,38 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
-
-from numpy.typing import NDArray
-
 from analysis.report.impacts import add_impacts, add_parameters
 from analysis.report.measurement import add_calibration, add_coordinates, add_host_geometry, add_tracks
 from analysis.report.motion import add_accelerometers, add_motion
 from analysis.report.numbers import with_unit
 from analysis.report.page import Page
-from analysis.report.results import Results, read_results
+from analysis.report.results import Results
 from analysis.report.verdict import add_checks, add_verdict, headline
 from ovines.recording import Recording
-
-
-def write_report(
-    results_folder: Path,
-    recording: Recording,
-    frames: Mapping[str, NDArray[Any]] | None = None,
-    save_figures: bool = False,
-) -> Path:
-    """Write ``report.html`` into ``results_folder`` from the tables there, and return its path.
-
-    ``frames``: one grey image (height, width) per camera name, drawn under the marker tracks.
-    ``save_figures`` also writes each figure as SVG and PDF into ``figures/``.  A table that is missing
-    becomes a named gap in the page.
-    """
-    page = recording_page(read_results(Path(results_folder), recording, frames))
-    if save_figures:
-        page.save_figures(Path(results_folder) / "figures")
-    return page.write(Path(results_folder) / "report.html")
 
 
 def recording_page(results: Results) -> Page:

@@ -25,7 +25,7 @@ from ovines.pipeline.stages import (
 )
 from ovines.plausibility.calibration import calibrated, refuse_camera_count
 from ovines.plausibility.frame_files import file_notes, refuse_strange_files, sizes
-from ovines.plausibility.recording import doubts, drive_doubts, refuse_contradictions, sd_doubts
+from ovines.plausibility.recording import drive_warnings, plausibility_warnings, refuse_contradictions, sd_warnings
 from ovines.recording import FILE, Recording, read_recording, series_folders
 from ovines.tables import read_table
 
@@ -223,7 +223,7 @@ def _table(recording: Recording) -> None:
     if entry == "boards":
         return
     if entry == "frames":
-        for doubt in doubts(recording):
+        for doubt in plausibility_warnings(recording):
             print(f"  doubt: {doubt}")
         return
     if entry == "impacts":
@@ -235,7 +235,9 @@ def _table(recording: Recording) -> None:
     print(f"  {entry}.parquet: {len(table)} rows, {table['frame'].nunique()} frames")
     if len(table) == 0:
         raise InputError(f"{entry}.parquet has no rows", "at least one frame", "check how it was written")
-    for doubt in doubts(recording, table) + drive_doubts(table, recording) + sd_doubts(table, recording):
+    for doubt in (
+        plausibility_warnings(recording, table) + drive_warnings(table, recording) + sd_warnings(table, recording)
+    ):
         print(f"  doubt: {doubt}")
     if "marker" in table:
         strange = sorted(set(table["marker"]) - set(recording.markers))

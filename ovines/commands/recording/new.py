@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """
     parser.add_argument("folder", type=Path, metavar="DIR", help="the recording's folder; made when it is not there")
     parser.add_argument(
-        "--prototype", choices=tuple(PROTOTYPES), help="a rig of the thesis: its drive and bodies are what is usual"
+        "--prototype", choices=tuple(PROTOTYPES), help="a rig of the thesis whose drive and bodies are the defaults"
     )
     parser.add_argument("--name", help="title of the recording (default: the folder's name)")
     parser.add_argument("--cameras", nargs="+", metavar="NAME", help="names of the cameras (usual: VW1 VW2)")

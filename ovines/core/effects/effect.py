@@ -22,7 +22,7 @@ Apply = Callable[[Packed, Values, Scenario], Packed]
 
 
 @dataclass(frozen=True)
-class Seen:
+class Measurement:
     """What a run shows: ``times`` (n,), ``samples`` (n, 12, columns of :mod:`ovines.core.integration.sampling`), the
     engine's ``impacts`` (k, columns of :mod:`ovines.core.system.parameters`) and the disk's mass (kg)."""
 
@@ -32,7 +32,7 @@ class Seen:
     mass_kg: float
 
 
-Observe = Callable[[Seen, Values, np.random.Generator], Seen]
+Observe = Callable[[Measurement, Values, np.random.Generator], Measurement]
 
 
 @dataclass(frozen=True)
@@ -91,10 +91,10 @@ def unchanged(packed: Packed, values: Values, scenario: Scenario) -> Packed:
 class Effect:
     """One effect, used by all: ``apply`` changes the packed scenario, ``observe`` the sampled motion.
 
-    ``observe(seen, values, rng)`` takes what a run shows (:class:`Seen`) and gives what is reported of it.  ``meaning``
-    says what it is, how large and after whom; ``words`` are those of pages.  ``in_flights``: unknowns of its own in the
-    fit of flights; ``forms``: it as a law; ``rows``: those that tell it, where its parameters have none of their own;
-    ``views``: (residual, covariate) of the figures that show it.
+    ``observe(seen, values, rng)`` takes what a run shows (:class:`Measurement`) and gives what is reported of it.
+    ``meaning`` says what it is, how large and after whom; ``words`` are those of pages.  ``in_flights``: unknowns of
+    its own in the fit of flights; ``forms``: it as a law; ``rows``: those that tell it, where its parameters have none
+    of their own; ``views``: (residual, covariate) of the figures that show it.
 
     An effect whose forms have coefficients is a law by name (:attr:`by_law`): ``identify`` and ``compare`` hold it as
     one, so does the simulator, unless it has an ``apply``, and ``diagnose`` names it where it finds that law."""

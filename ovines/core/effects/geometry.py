@@ -10,7 +10,7 @@ import numpy as np
 from ovines.core.effects.effect import (
     Effect,
     EffectParameter,
-    Seen,
+    Measurement,
     Values,
     VectorRows,
     Words,
@@ -52,7 +52,7 @@ def _lobes(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return with_lobe(packed, size, order, values["direction_rad"])
 
 
-def _centre_marker(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+def _centre_marker(shown: Measurement, values: Values, rng: np.random.Generator) -> Measurement:
     samples = shown.samples
     seen = samples.copy()
     cosine, sine = np.cos(samples[:, 4]), np.sin(samples[:, 4])

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values, Words
+from ovines.core.effects.effect import Effect, EffectParameter, Measurement, Values, Words
 from ovines.core.refusal import require
 from ovines.core.system import parameters as P
 from ovines.core.system.host import base_motion_at
@@ -57,7 +57,7 @@ def _recoil(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     return give
 
 
-def _ringing(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+def _ringing(shown: Measurement, values: Values, rng: np.random.Generator) -> Measurement:
     seen, omega_0 = shown.samples.copy(), 2.0 * math.pi * values["frequency_hz"]
     decay = values["damping_ratio"] * omega_0
     omega = omega_0 * math.sqrt(1.0 - values["damping_ratio"] ** 2)

@@ -11,32 +11,32 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovines.core.effects.effect import Effect, EffectParameter, Seen, Values, Words
+from ovines.core.effects.effect import Effect, EffectParameter, Measurement, Values, Words
 
 INF = math.inf
 _POSITIONS, _VELOCITIES = (0, 1, 6, 7), (2, 3, 8, 9)
 
 
-def _scale(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+def _scale(shown: Measurement, values: Values, rng: np.random.Generator) -> Measurement:
     seen = shown.samples.copy()
     seen[:, _POSITIONS + _VELOCITIES] *= values["scale"]
     return replace(shown, samples=seen)
 
 
-def _frame_rate(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+def _frame_rate(shown: Measurement, values: Values, rng: np.random.Generator) -> Measurement:
     seen = shown.samples.copy()
     seen[:, (2, 3, 5, 8, 9, 11)] /= values["ratio"]
     return replace(shown, times=shown.times * values["ratio"], samples=seen)
 
 
-def _plane(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+def _plane(shown: Measurement, values: Values, rng: np.random.Generator) -> Measurement:
     seen = shown.samples.copy()
     seen[:, (0, 2, 6, 8)] *= math.cos(values["y_rad"])
     seen[:, (1, 3, 7, 9)] *= math.cos(values["x_rad"])
     return replace(shown, samples=seen)
 
 
-def _jitter(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+def _jitter(shown: Measurement, values: Values, rng: np.random.Generator) -> Measurement:
     seen = shown.samples.copy()
     samples = shown.samples
     late = rng.normal(0.0, values["sd_s"], len(seen))
@@ -45,7 +45,7 @@ def _jitter(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
     return replace(shown, samples=seen)
 
 
-def _blur(shown: Seen, values: Values, rng: np.random.Generator) -> Seen:
+def _blur(shown: Measurement, values: Values, rng: np.random.Generator) -> Measurement:
     seen = shown.samples.copy()
     for first in (0, 6):  # each body by its own errors
         speed = np.hypot(seen[:, first + 2], seen[:, first + 3])

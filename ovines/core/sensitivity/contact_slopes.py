@@ -24,7 +24,6 @@ from ovines.core.system.packed import Contact, Face, System
 # Rows of what the contact's geometry does: turn of the normal, gap, relative velocity (x, y; normal; slip), the Host's
 # lever arms, the inverse masses.
 TURN, GAP, RVX, RVY, NORMAL, SLIPS, LEVER_N, LEVER_T, K_NN, K_NT, K_TT = range(11)
-N_GEOMETRY = 11
 
 
 @compiled

@@ -89,9 +89,3 @@ class ShakerLimits:
         """The limit that binds at a frequency, and the acceleration (g) that it leaves."""
         each = {name: float(curve[0]) for name, curve in self.accelerations_g(np.array([frequency_hz])).items()}
         return min(each.items(), key=lambda one: one[1])
-
-
-def within_shaker(acceleration_g: float, frequency_hz: float, limits: tuple[float, float, float]) -> bool:
-    """Whether a harmonic is below a shaker's limits: peak displacement (m), velocity (m/s), acceleration (g)."""
-    amplitude_of(acceleration_g, frequency_hz)  # refuses what is no harmonic
-    return acceleration_g <= ShakerLimits(*limits).narrowest(frequency_hz)[1]

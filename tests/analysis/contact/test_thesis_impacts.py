@@ -8,7 +8,7 @@ import pytest
 
 from analysis.contact.law_map import REGION_90, error_map
 from analysis.thesis.impacts import contact_normal, smoothed_acceleration, thesis_impacts
-from analysis.thesis.parameters import normal_error, tangential_error, thesis_identification, usable
+from analysis.thesis.parameters import tangential_error, thesis_identification, usable
 from ovines.errors import InputError
 from ovines.recording import read_recording
 from ovines.tables import checked
@@ -219,12 +219,6 @@ def test_one_impact_has_an_l_of_zeros_and_two_kinds_close_it():
     both = thesis_identification(pd.concat([steep, oblique], ignore_index=True), Q).set_index("parameter")
     assert both.loc["wall_friction", "value"] == pytest.approx(0.13, abs=0.005)
     assert both.loc["tangential_restitution", "value"] == pytest.approx(0.49, abs=0.02)
-
-
-def test_normal_error_is_zero_at_the_restitution():
-    table = luding(3, np.random.default_rng(5))
-    grid = np.linspace(0, 1, 101)
-    np.testing.assert_allclose(grid[normal_error(table, grid).argmin(1)], 0.72, rtol=1e-12)
 
 
 def test_joint_region_covers_the_truth():

@@ -99,16 +99,6 @@ def test_friction_from_flights(outlier):
     assert np.sqrt(covariance[0, 0]) < 2e-3
 
 
-def test_correlation_of_the_noise_is_seen():
-    evidence = []
-    for rho in (0.0, 0.5):
-        run = run_of(*flown(STARTS[0], frames=300), np.random.default_rng(5), rho)
-        fit = fit_flights(run, [Flight(0, 299, False)], TRUE, SHARED)
-        evidence.append(gather(fit, columns_of(["friction"])))
-    assert abs(evidence[0].lag_one) < 0.12
-    assert abs(evidence[1].lag_one - 0.5) < 0.12
-
-
 def test_a_start_from_an_earlier_fit_ends_in_the_same_place():
     run = run_of(*flown(STARTS[1]), np.random.default_rng(9))
     first = fit_flights(run, [Flight(0, 39, False)], TRUE, SHARED)

@@ -12,7 +12,7 @@ import pytest
 
 from analysis.report.differences import compare_methods, host_acceleration, in_words
 from analysis.report.pages.calibration_report import write_calibration_report
-from analysis.report.pages.recording_report import recording_page, write_report
+from analysis.report.pages.recording_report import recording_page
 from analysis.report.pages.series_report import write_series_report
 from analysis.report.results import read_results
 from analysis.statistics.trend import weighted_trend
@@ -170,6 +170,11 @@ def write(folder, chosen, seed=0):
 ALL = ("motion", "thesis_impacts", "points", "impacts", "identification", "flights", "tracks")
 
 
+def write_report(folder, rig, frames=None):
+    """``report.html`` of the tables in ``folder``; its path."""
+    return recording_page(read_results(folder, rig, frames)).write(folder / "report.html")
+
+
 @pytest.fixture(scope="module")
 def full(tmp_path_factory):
     """The results folder of one full report, and the seconds of processor time it took."""
@@ -186,7 +191,7 @@ def full(tmp_path_factory):
 
 def test_figures_are_saved_too(tmp_path, unpainted):
     folder = write(tmp_path / "results", ("motion", "thesis_impacts", "impacts", "identification"))
-    write_report(folder, recording(tmp_path / "rec"), save_figures=True)
+    recording_page(read_results(folder, recording(tmp_path / "rec"))).save_figures(folder / "figures")
     saved = {p.name for p in (folder / "figures").iterdir()}
     assert {"error_map.pdf", "error_map.svg", "relative_trajectory.svg", "wall_sources.svg"} <= saved
     assert len(saved) == 2 * 8

@@ -380,10 +380,13 @@ def test_a_delay_that_a_pictures_law_takes_away_is_not_told():
         target: SimpleNamespace(law=WrittenLaw((Term(target, 1.0, (Factor("run"),), 1.0),)))
         for target in ("picture_u", "camera_delay")
     }
-    told = of_measurement._without_feigned_delay([delay, shift], (laws["picture_u"],), before, after)
+    told = of_measurement._without_spurious_delay([delay, shift], (laws["picture_u"],), before, after)
     assert told == [shift]
-    assert of_measurement._without_feigned_delay([delay, shift], tuple(laws.values()), before, after) == [delay, shift]
-    assert of_measurement._without_feigned_delay([delay, shift], (laws["picture_u"],), before, before) == [delay, shift]
+    assert of_measurement._without_spurious_delay([delay, shift], tuple(laws.values()), before, after) == [delay, shift]
+    assert of_measurement._without_spurious_delay([delay, shift], (laws["picture_u"],), before, before) == [
+        delay,
+        shift,
+    ]
 
 
 @pytest.mark.parametrize(("first", "second", "kept"), [(1.5, 1.19, None), (1.3, 1.175, 1), (1.1, 1.16, 0)])

@@ -110,6 +110,13 @@ def test_a_push_at_one_time_of_each_run_is_found_by_the_time():
     assert 0.05 < size < 0.3 * np.sqrt(0.17)
 
 
+def test_a_covariate_that_no_piece_knows_is_left_out():
+    pieces = pieces_of(np.random.default_rng(4), 0.3)
+    with_unknown = pieces.assign(**{"flight's place": np.nan})
+    asked = [_best_pair(one, np.random.default_rng(5)) for one in (pieces, with_unknown)]
+    assert asked[0] == asked[1]
+
+
 def test_noise_alone_has_no_covariate():
     """Of forty series without anything left, p is below a tenth in about four."""
     found = [_best_pair(pieces_of(np.random.default_rng(s)), np.random.default_rng(s))[1] for s in range(40)]

@@ -1,17 +1,21 @@
 """The first run compiles beside another process, says so, and keeps it out of the forecast."""
 
 import io
+import sys
 import threading
 import time
 from pathlib import Path
 
+import pytest
 from filelock import FileLock
 from tqdm import tqdm
 
 import ovines.first_run
+from ovines.__main__ import command, main
 from ovines.core.compiled import compiler
 from ovines.core.kernel import Kernel
 from ovines.first_run import calls, compiling, signature
+from ovines.io.run_log import COMPILED_ONCE, bars_disabled
 from ovines.pipeline.one_recording import _Bar
 
 
@@ -39,6 +43,35 @@ def test_it_says_that_it_compiles_and_how_long_that_took(monkeypatch):
     with compiling([], lambda text, seconds: said.append((text, seconds))):
         assert again(1.0) == 2.0  # from the disk
     assert len(said) == 2
+
+
+class Terminal(io.StringIO):
+    """What takes itself for a terminal."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize("options", [[], ["--quiet"], ["--verbose"]])
+@pytest.mark.parametrize("name", ["identify", "diagnose", "compare", "plan", "simulate", "orbits"])
+def test_every_command_says_once_that_it_compiles(name, options, monkeypatch):
+    """Whatever the command does, by the kernels that it comes to; the bar that it shows goes on below."""
+    kernels = [tiny(6), tiny(7)]
+
+    def work(args):
+        with tqdm(total=2, desc=name, disable=bars_disabled()):
+            return round(sum(kernel(1.0) for kernel in kernels)) - 4
+
+    monkeypatch.setattr(command(name), "run", work)
+    monkeypatch.setattr(command(name), "add_arguments", lambda parser: None)
+    monkeypatch.setattr("sys.stderr", Terminal())
+    assert main([name, *options]) == 0
+    said = sys.stderr.getvalue()
+    listed = said.count("compiling, once per machine and version: tests.")
+    assert listed == (2 if options == ["--verbose"] else 0)
+    assert said.count(COMPILED_ONCE) == (0 if options else 1)
+    main([name, *options])
+    assert sys.stderr.getvalue().count("compiling") == said.count("compiling")  # nothing more
 
 
 def test_what_another_process_compiles_is_waited_for(monkeypatch):

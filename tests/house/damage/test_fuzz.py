@@ -32,7 +32,7 @@ from ovines.importers.formats.opencv_cameras import read_cameras
 from ovines.importers.formats.trc import read_trc
 from ovines.plausibility.frame_files import refuse_strange_files
 from ovines.plausibility.names import read_names
-from ovines.plausibility.recording import doubts, refuse_contradictions
+from ovines.plausibility.recording import plausibility_warnings, refuse_contradictions
 from ovines.recording import read_recording, read_trigger
 from ovines.scenario import read_scenario
 from ovines.tables import TABLES, read_table
@@ -401,7 +401,7 @@ def _motion(folder: Path, data: st.DataObject) -> object:
     recording = read_recording(folder)
     table = read_table(folder / "motion.parquet", "motion")
     refuse_contradictions(recording, table)
-    doubts(recording, table)
+    plausibility_warnings(recording, table)
     sd = table["nes_x_sd_m"].to_numpy(float)
     assert (
         0.01 < np.median(np.diff(table["time_s"])) * 800 < 100

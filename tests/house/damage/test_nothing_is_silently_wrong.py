@@ -17,7 +17,7 @@ from PIL import Image
 from ovines.__main__ import main
 from ovines.plausibility.frame_files import pictures_in, refuse_strange_files
 from ovines.plausibility.host_signal import dominant
-from ovines.plausibility.recording import doubts, drive_doubts
+from ovines.plausibility.recording import drive_warnings, plausibility_warnings
 from ovines.recording import read_recording
 from tests.conftest import bouncing_motion, recording_toml, refused, write_small_recording
 
@@ -256,10 +256,10 @@ def test_a_contradiction_is_told_once(tmp_path, capsys):
 
 def test_a_usual_recording_raises_no_doubt(tmp_path):
     recording = read_recording(write_small_recording(tmp_path / "run", frames=3).folder)
-    assert doubts(recording) == []
+    assert plausibility_warnings(recording) == []
     samples = Path(__file__).resolve().parents[3] / "sample_data"
     for folder in (samples / "rendered", *sorted((samples / "series_tilted").glob("run-*"))):
-        assert doubts(read_recording(folder)) == []
+        assert plausibility_warnings(read_recording(folder)) == []
 
 
 @pytest.mark.parametrize(
@@ -318,7 +318,7 @@ def test_the_drive_that_was_asked_for_beside_the_measured_one(frequency_hz, acce
     motion["host_x_m"] = 0.0164 * np.sin(2 * np.pi * 11.0 * motion["time_s"])
     extra = f"[excitation]\nfrequency_hz = {frequency_hz}\nacceleration_g = {acceleration_g}\n"
     folder = write_motion(tmp_path / "run", motion, extra)
-    found = drive_doubts(motion, read_recording(folder))
+    found = drive_warnings(motion, read_recording(folder))
     assert (found == []) if words is None else (len(found) == 1 and words in found[0]), found
     assert main(["check", str(folder)]) == 0
     told = capsys.readouterr().out

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vision.calibration.bundle.adjustment import adjust
-from vision.calibration.single_camera import make_setting, sightings_of, solve_camera
+from vision.calibration.single_camera import make_setting, observations_of, solve_camera
 from vision.calibration.targets.boards import find_board
 from vision.calibration.targets.detection import View
 from vision.pinhole import intrinsics_of
@@ -36,9 +36,9 @@ def views_of(seed):
 def test_each_image_gets_its_own_noise():
     views, board, camera = views_of(1)
     single = solve_camera(views, board, camera.sensor_size_px)
-    sightings = sightings_of(single.views, board)
-    adjusted = adjust(sightings, single.adjusted.state, make_setting([camera.sensor_size_px], single.adjusted.state))
-    sd = np.array([sighting.share for sighting in sightings]) * adjusted.sigma_px[0]
+    observations = observations_of(single.views, board)
+    adjusted = adjust(observations, single.adjusted.state, make_setting([camera.sensor_size_px], single.adjusted.state))
+    sd = np.array([observation.share for observation in observations]) * adjusted.sigma_px[0]
     true = np.where(np.arange(VIEWS) >= VIEWS - DULL, DULL_PX, QUIET_PX)
     # A hundred corners tell an sd to 5 %, less what the poses take; dull ones are drawn towards the others.
     assert sd == pytest.approx(true, rel=0.25)

@@ -22,8 +22,8 @@ from vision.calibration.bundle.unknowns import (
     N_POSE,
     POSE,
     Adjusted,
+    Observation,
     Setting,
-    Sighting,
     State,
     camera_places,
     n_parameters,
@@ -41,25 +41,25 @@ _LEAST_SIGMA_PX = 1e-4  # of an exact film: weights stay finite
 _LEAST_FREEDOM = 0.1  # share of the residuals that the parameters leave at least
 
 
-def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterations: int = 40) -> Adjusted:
+def adjust(observations: Sequence[Observation], start: State, setting: Setting, iterations: int = 40) -> Adjusted:
     """Minimise the robust weighted reprojection error; the pixel sd of each camera is estimated along the way."""
     cameras, state = len(start.intrinsics), start.copy()
     sigma = np.ones(cameras)
     if len(setting.sigma_px) == cameras:
         sigma = setting.sigma_px
-    for sighting in sightings:
-        sighting.share = 1.0
+    for observation in observations:
+        observation.share = 1.0
     for _ in range(_ROUNDS):
         setting.sigma_px = sigma
-        state = descend(sightings, state, setting, iterations)
-        sigma = _spread(sightings, state, setting, _spline_freedom(sightings, state, setting))
-        before = [sighting.share for sighting in sightings]
-        _share_noise(sightings, state, setting, sigma)
-        settled = np.allclose([sighting.share for sighting in sightings], before, rtol=_SAME_SD)
+        state = descend(observations, state, setting, iterations)
+        sigma = _spread(observations, state, setting, _spline_freedom(observations, state, setting))
+        before = [observation.share for observation in observations]
+        _share_noise(observations, state, setting, sigma)
+        settled = np.allclose([observation.share for observation in observations], before, rtol=_SAME_SD)
         if settled and np.allclose(sigma, setting.sigma_px, rtol=_SAME_SD):
             break
     setting.sigma_px = sigma
-    cost, normal, _ = normal_equations(sightings, state, setting)
+    cost, normal, _ = normal_equations(observations, state, setting)
     kept = n_parameters(state.splines)
     used = np.flatnonzero(np.diag(normal)[:kept] > 0)
     covariance = np.full((kept, kept), np.nan)
@@ -73,53 +73,53 @@ def adjust(sightings: Sequence[Sighting], start: State, setting: Setting, iterat
     return Adjusted(
         state,
         sigma,
-        residuals_of(sightings, state, setting),
-        [s.camera for s in sightings],
+        residuals_of(observations, state, setting),
+        [s.camera for s in observations],
         covariance,
         cost,
         labels,
     )
 
 
-def _spline_freedom(sightings: Sequence[Sighting], state: State, setting: Setting) -> Array:
+def _spline_freedom(observations: Sequence[Observation], state: State, setting: Setting) -> Array:
     """How many numbers each camera's spline (C,) takes from its residuals: fewer than it has, by its prior."""
     taken = np.zeros(len(state.splines))
     for c, prior in enumerate(setting.spline_priors):
         if prior is not None and state.splines[c] is not None:
-            told = information(sightings, state, setting, c)[0]
+            told = information(observations, state, setting, c)[0]
             taken[c] = np.trace(np.linalg.solve(told + prior.precision, told))
     return taken
 
 
-def _share_noise(sightings: Sequence[Sighting], state: State, setting: Setting, sigma: Array) -> None:
+def _share_noise(observations: Sequence[Observation], state: State, setting: Setting, sigma: Array) -> None:
     """Each image's own sd against its camera's, drawn to it as if :data:`_SHARED_POINTS` of its points had that one; of
     fewer images than :data:`_FEWEST_IMAGES` none is told from the others.
     """
-    images = np.bincount([sighting.camera for sighting in sightings])
-    left, taken_of = residuals_of(sightings, state, setting), _taken(sightings, state, setting)
-    for sighting, own_left, taken in zip(sightings, left, taken_of, strict=True):
-        if images[sighting.camera] < _FEWEST_IMAGES:
+    images = np.bincount([observation.camera for observation in observations])
+    left, taken_of = residuals_of(observations, state, setting), _taken(observations, state, setting)
+    for observation, own_left, taken in zip(observations, left, taken_of, strict=True):
+        if images[observation.camera] < _FEWEST_IMAGES:
             continue
-        sd = sigma[sighting.camera]
+        sd = sigma[observation.camera]
         residual = own_left / sd
         count = len(residual)
         freedom = max(_LEAST_FREEDOM, 1 - taken / (2 * count))
         own = float(np.mean(np.minimum(residual**2, _CUT_SD**2))) / freedom
-        sighting.share = float(np.sqrt((count * own + _SHARED_POINTS) / (count + _SHARED_POINTS)))
+        observation.share = float(np.sqrt((count * own + _SHARED_POINTS) / (count + _SHARED_POINTS)))
 
 
-def _taken(sightings: Sequence[Sighting], state: State, setting: Setting) -> list[float]:
+def _taken(observations: Sequence[Observation], state: State, setting: Setting) -> list[float]:
     """How many numbers the fit takes from each image's residuals: its pose, and of the lenses as much as it tells of
     them (the trace of its part of the hat matrix).  Images that tell most have the smallest residuals.
     """
     kept = n_parameters(state.splines)
     whole = normal_equations([], state, setting)[1][:kept, :kept]  # the priors
     cameras = []
-    for c, rows in rows_of(sightings, state, setting):
+    for c, rows in rows_of(observations, state, setting):
         where = camera_places(state.splines, c)
-        couplings = np.zeros((len(rows.sightings), len(where), N_POSE))
-        inverses = np.zeros((len(rows.sightings), N_POSE, N_POSE))
-        sought = [k for k, sighting in enumerate(rows.sightings) if sighting.pose != FIXED]
+        couplings = np.zeros((len(rows.observations), len(where), N_POSE))
+        inverses = np.zeros((len(rows.observations), N_POSE, N_POSE))
+        sought = [k for k, observation in enumerate(rows.observations) if observation.pose != FIXED]
         for k, (_, coupling, posed, _) in zip(sought, rows.poses(), strict=True):
             couplings[k], inverses[k] = coupling, posed
         solved = couplings @ np.linalg.pinv(inverses, hermitian=True)
@@ -135,12 +135,12 @@ def _taken(sightings: Sequence[Sighting], state: State, setting: Setting) -> lis
     taken = {}
     for where, rows, couplings, solved in cameras:
         own = covariance[np.ix_(where, where)]
-        of_lenses = np.bincount(rows.sighting, _variances(rows, own), len(rows.sightings))
+        of_lenses = np.bincount(rows.observation, _variances(rows, own), len(rows.observations))
         of_lenses -= np.sum((own @ couplings) * solved, (1, 2))
-        for sighting, of_lens in zip(rows.sightings, of_lenses, strict=True):
-            pose = 0.0 if sighting.pose == FIXED else N_POSE * (0.5 if sighting.in_world else 1.0)
-            taken[id(sighting)] = pose + float(of_lens)
-    return [taken[id(sighting)] for sighting in sightings]
+        for observation, of_lens in zip(rows.observations, of_lenses, strict=True):
+            pose = 0.0 if observation.pose == FIXED else N_POSE * (0.5 if observation.in_world else 1.0)
+            taken[id(observation)] = pose + float(of_lens)
+    return [taken[id(observation)] for observation in observations]
 
 
 def _variances(rows: Rows, covariance: Array) -> Array:
@@ -156,16 +156,16 @@ def _variances(rows: Rows, covariance: Array) -> Array:
     return out
 
 
-def _spread(sightings: Sequence[Sighting], state: State, setting: Setting, by_splines: Array) -> Array:
+def _spread(observations: Sequence[Observation], state: State, setting: Setting, by_splines: Array) -> Array:
     """Robust sd of a pixel coordinate per camera, corrected for the fitted parameters."""
     cameras, sigma = len(state.intrinsics), []
-    left = residuals_of(sightings, state, setting)
+    left = residuals_of(observations, state, setting)
     for c in range(cameras):
-        own = [s for s in sightings if s.camera == c]
+        own = [s for s in observations if s.camera == c]
         if not own:
             sigma.append(1.0)
             continue
-        residual = np.concatenate([one.ravel() for s, one in zip(sightings, left, strict=True) if s.camera == c])
+        residual = np.concatenate([one.ravel() for s, one in zip(observations, left, strict=True) if s.camera == c])
         taken = setting.free[c].sum() + by_splines[c] + sum(N_POSE * (0.5 if s.in_world else 1.0) for s in own)
         freedom = max(_LEAST_FREEDOM, 1 - taken / residual.size)
         sigma.append(max(_LEAST_SIGMA_PX, residual_sd(residual)) / np.sqrt(freedom))

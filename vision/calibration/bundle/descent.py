@@ -14,8 +14,8 @@ from vision.calibration.bundle.unknowns import (
     N_CAMERA,
     N_POSE,
     N_ROTATION,
+    Observation,
     Setting,
-    Sighting,
     State,
     n_parameters,
     spline_places,
@@ -59,14 +59,14 @@ def _step(normal: Array, right: Array, damping: float, kept: int) -> Array:
     return np.asarray(scale * np.concatenate([cameras, poses]))
 
 
-def descend(sightings: Sequence[Sighting], state: State, setting: Setting, iterations: int) -> State:
+def descend(observations: Sequence[Observation], state: State, setting: Setting, iterations: int) -> State:
     """The state in which the cost is least, from ``state`` on, after so many ``iterations`` at the most."""
     damping = _DAMPING
-    cost, normal, right = normal_equations(sightings, state, setting)
+    cost, normal, right = normal_equations(observations, state, setting)
     for _ in range(iterations):
         step = _step(normal, right, damping, n_parameters(state.splines))
         trial = _moved(state, step)
-        new = normal_equations(sightings, trial, setting)
+        new = normal_equations(observations, trial, setting)
         if new[0] <= cost:
             gain, state = cost - new[0], trial
             cost, normal, right = new
@@ -98,12 +98,12 @@ def _moved(state: State, step: Array) -> State:
     return trial
 
 
-def information(sightings: Sequence[Sighting], state: State, setting: Setting, c: int = 0) -> tuple[Array, Array]:
-    """What sightings alone say of camera ``c``'s spline: information (F, F) and right side (F,) of its numbers,
+def information(observations: Sequence[Observation], state: State, setting: Setting, c: int = 0) -> tuple[Array, Array]:
+    """What observations alone say of camera ``c``'s spline: information (F, F) and right side (F,) of its numbers,
     everything else integrated out.
     """
     bare = replace(setting, spline_priors=())
-    _, normal, right = normal_equations(sightings, state, bare)
+    _, normal, right = normal_equations(observations, state, bare)
     kept, own = n_parameters(state.splines), spline_places(state.splines, c)
     complement, inverses, coupling = without_poses(normal, kept)
     left = right[:kept] - coupling @ _by_blocks(inverses, right[kept:])

@@ -1,6 +1,6 @@
-"""Projection of sightings with their derivatives, and the normal equations of all.
+"""Projection of observations with their derivatives, and the normal equations of all.
 
-All sightings of a camera are projected together, and a spline's part of the equations is put together by what it is:
+All observations of a camera are projected together, and a spline's part of the equations is put together by what it is:
 its numbers along u move pixels along u alone, those along v as much along v.
 """
 
@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ovines.robust import huber_loss, huber_weight
 from vision.calibration.bundle.unknowns import (
     FIXED,
     N_CAMERA,
     N_POSE,
     N_ROTATION,
+    Observation,
     Setting,
-    Sighting,
     State,
     n_parameters,
     spline_places,
@@ -31,7 +32,7 @@ HUBER = 2.5  # sds of a point's residual (two coordinates) beyond which its weig
 
 
 class _Projected(NamedTuple):
-    """Of the points of several sightings by one camera: pixels (n, 2), derivatives by the intrinsics (n, 2,
+    """Of the points of several observations by one camera: pixels (n, 2), derivatives by the intrinsics (n, 2,
     N_INTRINSICS), the camera's pose and the board's (n, 2, N_POSE), and of either axis by the spline (n, G).
     """
 
@@ -43,17 +44,17 @@ class _Projected(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """The weighted equations of a camera's ``sightings``: derivatives of n points by the camera's numbers and pose
+    """The weighted equations of a camera's ``observations``: derivatives of n points by the camera's numbers and pose
     ``plain`` (n, 2, N_CAMERA), of either axis by the spline ``basis`` (n, G), by the board's pose ``posed`` (n, 2,
-    N_POSE); ``residual`` (n, 2); ``sighting`` (n,) to which each point belongs; ``cost`` of all.
+    N_POSE); ``residual`` (n, 2); ``observation`` (n,) to which each point belongs; ``cost`` of all.
     """
 
-    sightings: Sequence[Sighting]
+    observations: Sequence[Observation]
     plain: Array
     basis: Array
     posed: Array
     residual: Array
-    sighting: NDArray[np.intp]
+    observation: NDArray[np.intp]
     cost: float
 
     def gram(self) -> tuple[Array, Array]:
@@ -71,29 +72,29 @@ class Rows(NamedTuple):
                 matrix[:own, there] = matrix[there, :own].T
         return matrix, right
 
-    def poses(self) -> Iterator[tuple[Sighting, Array, Array, Array]]:
-        """Of each sighting whose pose is sought: it, its pose's coupling with the camera's numbers (P, N_POSE), normal
-        matrix and right side.
+    def poses(self) -> Iterator[tuple[Observation, Array, Array, Array]]:
+        """Of each observation whose pose is sought: it, its pose's coupling with the camera's numbers (P, N_POSE),
+        normal matrix and right side.
         """
         size, own = self.basis.shape[1], self.plain.shape[2]
-        ends = np.searchsorted(self.sighting, np.arange(len(self.sightings) + 1))
-        for sighting, first, end in zip(self.sightings, ends, ends[1:], strict=False):
-            if sighting.pose == FIXED:
+        ends = np.searchsorted(self.observation, np.arange(len(self.observations) + 1))
+        for observation, first, end in zip(self.observations, ends, ends[1:], strict=False):
+            if observation.pose == FIXED:
                 continue
             posed, basis = self.posed[first:end], self.basis[first:end]
             flat, coupling = posed.reshape(-1, N_POSE), np.empty((own + 2 * size, N_POSE))
             coupling[:own] = self.plain[first:end].reshape(-1, own).T @ flat
             if size:
                 coupling[own : own + size], coupling[own + size :] = basis.T @ posed[:, 0], basis.T @ posed[:, 1]
-            yield sighting, coupling, flat.T @ flat, flat.T @ self.residual[first:end].ravel()
+            yield observation, coupling, flat.T @ flat, flat.T @ self.residual[first:end].ravel()
 
 
 def project(
-    sighting: Sighting, state: State, setting: Setting, derivatives: bool = False
+    observation: Observation, state: State, setting: Setting, derivatives: bool = False
 ) -> tuple[Array, Array, Array, Array]:
     """Pixels (n, 2) and, when wanted, derivatives by intrinsics and spline (n, 2, N_INTRINSICS + F), camera pose
     and board pose (n, 2, 6)."""
-    uv, by_lens, by_camera, by_pose, basis = _projected([sighting], state, setting, derivatives)
+    uv, by_lens, by_camera, by_pose, basis = _projected([observation], state, setting, derivatives)
     if basis.size:
         zero = np.zeros_like(basis)
         bent = np.stack([np.concatenate([basis, zero], 1), np.concatenate([zero, basis], 1)], 1)
@@ -101,35 +102,35 @@ def project(
     return uv, by_lens, by_camera, by_pose
 
 
-def residuals_of(sightings: Sequence[Sighting], state: State, setting: Setting) -> list[Array]:
-    """Measured less projected pixels (n, 2) of each sighting."""
-    out: list[Array] = [np.empty((0, 2))] * len(sightings)
+def residuals_of(observations: Sequence[Observation], state: State, setting: Setting) -> list[Array]:
+    """Measured less projected pixels (n, 2) of each observation."""
+    out: list[Array] = [np.empty((0, 2))] * len(observations)
     for c in range(len(state.splines)):
-        numbers = [k for k, sighting in enumerate(sightings) if sighting.camera == c]
+        numbers = [k for k, observation in enumerate(observations) if observation.camera == c]
         if numbers:
-            own = [sightings[k] for k in numbers]
+            own = [observations[k] for k in numbers]
             uv = _projected(own, state, setting, False).uv
             for k, seen in zip(numbers, np.split(uv, np.cumsum([len(one.uv_px) for one in own])[:-1]), strict=True):
-                out[k] = np.asarray(sightings[k].uv_px - seen)
+                out[k] = np.asarray(observations[k].uv_px - seen)
     return out
 
 
-def _projected(sightings: Sequence[Sighting], state: State, setting: Setting, derivatives: bool) -> _Projected:
-    """The points of sightings by one camera, below each other; without ``derivatives`` those are empty."""
-    c = sightings[0].camera
-    number = np.repeat(np.arange(len(sightings)), [len(one.points_m) for one in sightings])
-    fixed = [one.pose == FIXED for one in sightings]
+def _projected(observations: Sequence[Observation], state: State, setting: Setting, derivatives: bool) -> _Projected:
+    """The points of observations by one camera, below each other; without ``derivatives`` those are empty."""
+    c = observations[0].camera
+    number = np.repeat(np.arange(len(observations)), [len(one.points_m) for one in observations])
+    fixed = [one.pose == FIXED for one in observations]
     turns = np.stack(
         [
             setting.world_from_board if held else state.rotation[one.pose]
-            for one, held in zip(sightings, fixed, strict=True)
+            for one, held in zip(observations, fixed, strict=True)
         ]
     )
     shifts = np.stack(
-        [np.zeros(3) if held else state.translation[one.pose] for one, held in zip(sightings, fixed, strict=True)]
+        [np.zeros(3) if held else state.translation[one.pose] for one, held in zip(observations, fixed, strict=True)]
     )
-    through = np.array([held or one.in_world for one, held in zip(sightings, fixed, strict=True)])[number, None]
-    turned = np.einsum("nij,nj->ni", turns[number], np.concatenate([one.points_m for one in sightings]))
+    through = np.array([held or one.in_world for one, held in zip(observations, fixed, strict=True)])[number, None]
+    turned = np.einsum("nij,nj->ni", turns[number], np.concatenate([one.points_m for one in observations]))
     placed = turned + shifts[number]
     rotated = np.where(through, placed @ state.camera_rotation[c].T, placed)
     uv, by_lens, by_point = pinhole(
@@ -156,14 +157,14 @@ def _crossed(v: Array, rows: Array) -> Array:
     return np.stack([y * c - z * b, z * a - x * c, x * b - y * a], -1)
 
 
-def normal_equations(sightings: Sequence[Sighting], state: State, setting: Setting) -> tuple[float, Array, Array]:
+def normal_equations(observations: Sequence[Observation], state: State, setting: Setting) -> tuple[float, Array, Array]:
     """Robust cost, normal matrix and right-hand side.  Unknown order: N_CAMERA per camera, the splines, then N_POSE per
     pose; held ones are zero.
     """
     kept = n_parameters(state.splines)
     size = kept + N_POSE * len(state.rotation)
     normal, right, cost = np.zeros((size, size)), np.zeros(size), 0.0
-    for c, rows in rows_of(sightings, state, setting):
+    for c, rows in rows_of(observations, state, setting):
         bent = spline_places(state.splines, c)
         parts = [(slice(N_CAMERA * c, N_CAMERA * (c + 1)), slice(0, N_CAMERA))]
         if len(bent):
@@ -173,8 +174,8 @@ def normal_equations(sightings: Sequence[Sighting], state: State, setting: Setti
             right[there] += pulled[here]
             for beside, other in parts:
                 normal[there, beside] += own[here, other]
-        for sighting, coupling, posed, moved in rows.poses():
-            pose = slice(kept + N_POSE * sighting.pose, kept + N_POSE * (sighting.pose + 1))
+        for observation, coupling, posed, moved in rows.poses():
+            pose = slice(kept + N_POSE * observation.pose, kept + N_POSE * (observation.pose + 1))
             normal[pose, pose] += posed
             right[pose] += moved
             for there, here in parts:
@@ -184,10 +185,10 @@ def normal_equations(sightings: Sequence[Sighting], state: State, setting: Setti
     return cost + _add_priors(state, setting, normal, right), normal, right
 
 
-def rows_of(sightings: Sequence[Sighting], state: State, setting: Setting) -> Iterator[tuple[int, Rows]]:
+def rows_of(observations: Sequence[Observation], state: State, setting: Setting) -> Iterator[tuple[int, Rows]]:
     """Of each camera that saw something: its number and equations, robustly weighted; zero by what is held."""
     for c in range(len(state.splines)):
-        own = [sighting for sighting in sightings if sighting.camera == c]
+        own = [observation for observation in observations if observation.camera == c]
         if not own:
             continue
         seen = _projected(own, state, setting, True)
@@ -195,8 +196,8 @@ def rows_of(sightings: Sequence[Sighting], state: State, setting: Setting) -> It
         residual = np.concatenate([one.uv_px for one in own]) - seen.uv
         sigma = np.repeat([one.share * setting.sigma_px[c] for one in own], counts)
         length = np.hypot(*residual.T) / sigma
-        cost = np.where(length < HUBER, length**2, 2 * HUBER * length - HUBER**2).sum()
-        weight = np.sqrt(np.minimum(1.0, HUBER / np.maximum(length, 1e-12))) / sigma
+        cost = huber_loss(length, HUBER).sum()
+        weight = np.sqrt(huber_weight(length, HUBER)) / sigma
         plain = np.empty((len(residual), 2, N_CAMERA))
         plain[..., :N_INTRINSICS] = seen.by_lens * (setting.free[c] * weight[:, None])[:, None]
         plain[..., N_INTRINSICS:] = seen.by_camera * (setting.camera_poses_free * weight)[:, None, None]

@@ -1,4 +1,4 @@
-"""What the adjustment knows and seeks: sightings of boards, the state, what is free and believed of it."""
+"""What the adjustment knows and seeks: observations of boards, the state, what is free and believed of it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FIXED = -1  # number of the pose of the board that defines the world
 
 
 @dataclass
-class Sighting:
+class Observation:
     """A board's points in one image: ``points_m`` (n, 3), ``uv_px`` (n, 2), seen by ``camera``, the board at ``pose``.
 
     ``pose`` FIXED: the board defines the world.  ``in_world``: the pose is board -> world, else board -> camera.
@@ -97,7 +97,7 @@ class Setting:
 
 @dataclass
 class Adjusted:
-    """The state found, sd of a pixel coordinate per camera, residuals (measured - projected) per sighting, and the
+    """The state found, sd of a pixel coordinate per camera, residuals (measured - projected) per observation, and the
     covariance.
 
     ``covariance`` is over ``labels``: (camera, parameter) for intrinsics and camera poses, in that order, then for the

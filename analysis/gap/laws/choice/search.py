@@ -26,7 +26,7 @@ from analysis.gap.laws.regression.forms import (
 from analysis.gap.laws.regression.problem import Profile, Regression
 from analysis.gap.selection.null_distribution import by_chance
 from ovines.core.laws.terms import Term, most_terms
-from ovines.robust import MEDIAN_TO_SD
+from ovines.robust import huber_weight, residual_sd
 
 Array = NDArray[np.float64]
 # Problems of noise drawn; one series in a thousand over four stages, also for further parts of a law; parts of a law at
@@ -150,8 +150,8 @@ def _left(problem: Regression, columns: Columns, best: Candidate, scale: float) 
     beside = problem.with_columns(table)
     before, after = (one.residual - one.nuisances @ one.fitted(one.nuisances, one.prior) for one in (problem, beside))
     weight = np.ones(len(after))
-    usual = MEDIAN_TO_SD * float(np.median(np.abs(after[acts]))) if acts.any() else 0.0
-    weight[acts] = np.minimum(1.0, GROSS_SD * usual / np.maximum(np.abs(after[acts]), 1e-300)) if usual > 0 else 1.0
+    usual = residual_sd(after[acts]) if acts.any() else 0.0
+    weight[acts] = huber_weight(after[acts], GROSS_SD * usual) if usual > 0 else 1.0
     left, whole = (float(np.sum((weight * one)[acts] ** 2)) for one in (after, before))
     near = replace(problem, residual=weight * problem.residual, nuisances=weight[:, None] * problem.nuisances)
 

@@ -70,7 +70,7 @@ def measurement_laws(
             misfit = _misfit(again) / WORSE
             if misfit <= _misfit(best) or misfit <= interpolated_misfit(begun.measured, found):
                 laws, series, best = (*laws, *found), corrected, again
-                told = _without_feigned_delay(told, found, begun, again)
+                told = _without_spurious_delay(told, found, begun, again)
                 told = told or [_delay_structure(one, ladder) for one in found]
     if asked:
         # The disk alone in one view: the two say how they miss each other, flights which of them is off.
@@ -108,7 +108,7 @@ def measurement_laws(
     return laws, replace(best, measured=ladder.measured, structure=structure)
 
 
-def _without_feigned_delay(
+def _without_spurious_delay(
     told: list[Structure], found: tuple[LawFound, ...], ladder: Ladder, again: Ladder
 ) -> list[Structure]:
     """``told`` but for a delay that changes, where it is gone ``again`` without what laws of pictures say, and none was

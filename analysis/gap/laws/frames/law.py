@@ -20,7 +20,7 @@ from analysis.gap.laws.frames.delay import late_camera, least_delay_s
 from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidates, marker_candidates, moved_rms
 from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, Key, clock_rows, key_of, picture_rows, view_rows
 from analysis.gap.laws.frames.forms.by_run import lone_run, nil_in
-from analysis.gap.laws.linear_law import told_law
+from analysis.gap.laws.linear_law import reported_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.measurement.rigid_bodies import loose_markers
@@ -122,7 +122,7 @@ def _law_of(
     moved = moved_rms(rows, found.terms, found.coefficients)
     if not any(moved[key] > least for key, least in _negligible(rows, series).items() if key in moved):
         return []
-    return _told(told_law(rows, found, p, series.frame), max(moved.values()))
+    return _told(reported_law(rows, found, p, series.frame), max(moved.values()))
 
 
 def _picture_law(rows: FrameRows | None, series: Series, rng: np.random.Generator, camera: int) -> list[LawFound]:
@@ -167,7 +167,7 @@ def _marker_law(rows: MarkerRows | None, series: Series, rng: np.random.Generato
     if found is None:
         return []
     size_m = rows.moved_rms(found.terms, found.coefficients)
-    law = told_law(rows, found, p, series.frame)
+    law = reported_law(rows, found, p, series.frame)
     return _told(_open_to_lens(law, series), size_m) if size_m > LOOSE_M else []
 
 

@@ -15,7 +15,7 @@ from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.impacts.walls import HERTZ, LASTING, wall_candidates
 from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.impact_law import FEWEST_IMPACTS, told_wall_law
+from analysis.gap.laws.impact_law import FEWEST_IMPACTS, reported_wall_law
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression
 from analysis.gap.laws.instead.own_forms import AS_WELL
 from analysis.gap.laws.linear_law import values_of
@@ -65,7 +65,7 @@ def wall_law_instead(
             break
     else:
         return None
-    law = told_wall_law(problem, found, p, base, fits, frame, least_m)
+    law = reported_wall_law(problem, found, p, base, fits, frame, least_m)
     if law is None:
         return None
     if is_lasting(law):  # it says how long contacts last, not that they do not

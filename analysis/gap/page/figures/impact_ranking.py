@@ -22,6 +22,7 @@ from analysis.gap.page.figures.panels import Candidate
 from analysis.gap.selection.impacts.covariates import PROBES, covariates
 from analysis.gap.selection.impacts.distance import LOBES_AS_PROBE
 from analysis.gap.selection.impacts.fit import ImpactFit
+from analysis.gap.selection.impacts.tangential import ANGULAR_SHARE
 from analysis.statistics.robust import at_least_noise, least_squares
 from analysis.walls.lobes import ORDERS, lobe_columns
 
@@ -107,7 +108,7 @@ def _probe_candidates(
     data = {
         **regressions,
         "tangential": (share, share_sd, one),
-        "angular": (d.angular, np.hypot(d.angular_sd, 0.002 * d.normal_impulse), one),
+        "angular": (d.angular, np.hypot(d.angular_sd, ANGULAR_SHARE * d.normal_impulse), one),
     }
     coordinates = {shown: coordinate for coordinate, shown in SHOWN_OF.items()}
     found = {(s.coordinate, s.goes_with) for s in ladder.structure}

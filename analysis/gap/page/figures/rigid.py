@@ -50,7 +50,7 @@ def rigid_figure(ladder: Ladder) -> Figure | None:
             _curve(axes[0, 2], np.sum(moves * along, 1), 1e6 * np.sum(world[:, m] * along, 1), m, marker)
         break
     what, unit = ("acceleration", "m/s²") if pulled else ("speed", "m/s")
-    label(axes[0, 2], f"Host's {what} squared over its rms ({unit})", f"along its {what} (µm)", "Host")
+    label(axes[0, 2], f"Host's {what}² / its RMS ({unit})", f"along its {what} (µm)", "Host")
     for ax in axes[0]:
         ax.axhline(0, color=BLACK, lw=0.7)
         give_room(ax)

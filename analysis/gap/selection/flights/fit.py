@@ -198,8 +198,6 @@ def _with_drift(evidence: Sequence[Evidence], model: FlightModel, places: Sequen
                 e.count,
                 e.flights,
                 e.left_out,
-                e.lag_product,
-                e.lag_square,
             )
         )
     return out

@@ -52,7 +52,7 @@ def residual_frames(runs: Sequence[Run], fitted: FlightFit, *, without_lens: boo
                 continue
             states = fits.path(k, data.time_s[i])
             c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
-            warp = lens_basis(data.xy_m[i], data.contact_radius_m) @ lens_m.T
+            lens_off_m = lens_basis(data.xy_m[i], data.contact_radius_m) @ lens_m.T
             angle = np.where(data.angle_sd_rad[i] < 1e3, data.angle_rad[i] - states[:, 2], np.nan)
             parts.append(
                 np.column_stack(
@@ -60,8 +60,8 @@ def residual_frames(runs: Sequence[Run], fitted: FlightFit, *, without_lens: boo
                         np.full(len(i), number),
                         np.full(len(i), k),
                         data.time_s[i],
-                        data.xy_m[i, 0] - states[:, 0] - c * ox + s * oy - warp[:, 0],
-                        data.xy_m[i, 1] - states[:, 1] - s * ox - c * oy - warp[:, 1],
+                        data.xy_m[i, 0] - states[:, 0] - c * ox + s * oy - lens_off_m[:, 0],
+                        data.xy_m[i, 1] - states[:, 1] - s * ox - c * oy - lens_off_m[:, 1],
                         angle,
                         states[:, [0, 1, 3, 4, 5]],
                         place[i, :2],

@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 
 # Impacts that slide, or stick, of which probes ask.
 FEWEST_FOR_PROBES = 15
+# The residual is a share of the impulse (per mass, the rig's own units): of a weaker one it is mostly noise.
+LEAST_IMPULSE_M_PER_S = 0.02
+# What the angular law leaves of a perfect rig, as a share of the normal impulse.
+ANGULAR_SHARE = 0.002
 # So many impacts beyond one in each run say how far friction scatters within a run, but for this share, which may be
 # gross; nothing is told less likely than this.
 FEWEST_WITHIN, GROSS_SHARE, LEAST_P = 2, 0.1, 1e-200
@@ -46,7 +50,7 @@ def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
     for residual, part in (("sliding", sliding), ("sticking", ~sliding)):
         # Relative to the impulse the law predicts.
         size = np.abs(predicted)
-        strong = part & (size > 0.02)
+        strong = part & (size > LEAST_IMPULSE_M_PER_S)
         enough = np.count_nonzero(strong) >= FEWEST_FOR_PROBES
         if residual == "sliding" and not (enough and run_columns(data.run[strong]) is not None):
             out += _friction_by_run(data, law)
@@ -56,7 +60,7 @@ def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
         error = np.sqrt((data.tangential_sd[strong] / size[strong]) ** 2 + MODEL_SHARE**2)
         out += _regressions(residual, groups, {k: v[strong] for k, v in table.items()}, y, error)
         out += _run_regression(residual, data.run[strong], y, error)
-    angular_sd = np.sqrt(data.angular_sd**2 + (0.002 * data.normal_impulse) ** 2)
+    angular_sd = np.sqrt(data.angular_sd**2 + (ANGULAR_SHARE * data.normal_impulse) ** 2)
     out += _regressions("angular", groups, table, data.angular, angular_sd)
     out += _run_regression("angular", data.run, data.angular, angular_sd)
     return sorted(out, key=lambda g: -g.gain)

@@ -21,7 +21,7 @@ from analysis.gap.laws.frames.bodies.corners import corners_of, seen_poses
 from analysis.gap.laws.frames.bodies.sharpened import REACHES, reach_of
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import size_of
-from analysis.gap.laws.linear_law import told_law
+from analysis.gap.laws.linear_law import reported_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.series import Series
 from analysis.statistics.robust import least_squares
@@ -212,6 +212,6 @@ def _found(
             return None
         told = zip(found.terms, found.coefficients, strict=True)
         terms = tuple(replace(term, coefficient=float(value)) for term, value in told)
-        law = told_law(rows, found, p, series.frame)
+        law = reported_law(rows, found, p, series.frame)
         rows = first.about(terms)
     return replace(law, size=float(np.sqrt(np.mean(first.off_m(terms) ** 2))), evidence=None)

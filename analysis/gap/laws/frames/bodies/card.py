@@ -29,7 +29,7 @@ from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.laws.frames.forms.followed import after_blows, settled, struck_rim, swung_round, with_spin
 from analysis.gap.laws.frames.forms.making import followed
-from analysis.gap.laws.linear_law import told_law
+from analysis.gap.laws.linear_law import reported_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.loose_markers import angle_at
@@ -225,7 +225,7 @@ def find_card_law(fitted: FlightFit, series: Series, rng: np.random.Generator) -
     found, p = find_law(rows.problem, rows.columns, asked, rng, most_parts=MOST_PARTS)
     if found is None:
         return None
-    return replace(told_law(rows, found, p, series.frame), size=_size_m(found, rows, radius_m))
+    return replace(reported_law(rows, found, p, series.frame), size=_size_m(found, rows, radius_m))
 
 
 def _size_m(found: Found, rows: CardRows, radius_m: float) -> float:

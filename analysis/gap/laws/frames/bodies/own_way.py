@@ -25,7 +25,7 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back, at_frames
 from analysis.gap.laws.frames.evidence.known import FEWEST_SEEN, every_frame, known_frames
 from analysis.gap.laws.frames.evidence.rows import problem_of, size_of
-from analysis.gap.laws.linear_law import told_law
+from analysis.gap.laws.linear_law import reported_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.measurement.loose_markers import angle_at, apart
 from analysis.gap.series import Series
@@ -186,7 +186,7 @@ def find_way_law(series: Series, rng: np.random.Generator) -> LawFound | None:
     # What is ahead of where it goes is no tracker that stays behind: a guess where the wall hides markers is.
     if found is None or found.coefficients[0] > 0:
         return None
-    law = told_law(rows, found, p, series.frame)
+    law = reported_law(rows, found, p, series.frame)
     size_m = rows.moved_rms(found.terms, found.coefficients)
     # No figure in bins of the speed: what is in proportion to it no body tells, so that any line may lie beside them.
     return replace(law, size=size_m, evidence=None)

@@ -23,7 +23,7 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import size_of
-from analysis.gap.laws.linear_law import told_law
+from analysis.gap.laws.linear_law import reported_law
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.series import Series
@@ -74,7 +74,7 @@ def find_seen_disk_law(fitted: FlightFit, frame: RigFrame, rng: np.random.Genera
     if found is None:
         return None, 0.0
     size_m = float(np.sqrt(np.mean(np.sum((shift(found.terms, rows.known) @ found.coefficients) ** 2, 1))))
-    return replace(told_law(rows, found, p, frame), size=size_m), found.gain * rows.problem.excess
+    return replace(reported_law(rows, found, p, frame), size=size_m), found.gain * rows.problem.excess
 
 
 def seen_candidates(scales: RigScales) -> list[Candidate]:

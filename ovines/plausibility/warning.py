@@ -14,7 +14,7 @@ FEWEST = 20  # samples below which nothing is said of a clock, a spectrum or a s
 
 
 @dataclass(frozen=True)
-class Doubt:
+class PlausibilityWarning:
     """What was found, what makes it doubtful, what to do, and the key of recording.toml that says it."""
 
     found: str
@@ -27,7 +27,7 @@ class Doubt:
         return f"{self.found}: {self.reason}; {self.do}{self._line(recording)}"
 
     def error(self, recording: Recording) -> InputError:
-        """The doubt as a refusal: found, expected, and the line to change."""
+        """The warning as a refusal: found, expected, and the line to change."""
         return InputError(
             f"{recording.folder / FILE}: {self.found}" if self.key else f"{recording.folder}: {self.found}",
             self.reason,
