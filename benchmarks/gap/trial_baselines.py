@@ -39,7 +39,7 @@ from ovines.pipeline.series.diagnosis import load_series
 from ovines.pipeline.series.law_oracle import PlantsRuns, law_share, remembered_runs, rows_of, unlisted_asked
 from ovines.recording import read_series
 
-METHODS = ("answered", "today", "library", "sparse", "Gaussian process")
+METHODS = ("answered", "today", "library", "library, chosen without the run", "sparse", "Gaussian process")
 HEAD = "| case | cause (severity) | stage | before | oracle | size | " + " | ".join(METHODS) + " |"
 
 

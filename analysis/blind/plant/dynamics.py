@@ -269,7 +269,7 @@ def run_plant(
     chances = np.column_stack([scatter, scatter[::-1]])  # no run has half as many impacts
     noted = 2 + STATES if remembered else 8
     run = _run(float(duration_s), state, parameters, lines, disk_friction_table(), chances, noted)
-    return Motion(*run, parameters, chances[: len(run[1])])
+    return Motion(*run, physics=parameters, chances=chances[: len(run[1])])
 
 
 def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:

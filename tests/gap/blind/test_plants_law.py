@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,10 +10,13 @@ import pytest
 
 from analysis.blind.causes.named import CAUSES, draft_series, without_cause
 from analysis.blind.plant.dynamics import remembered_at
+from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import HOME, Place
 from analysis.blind.scoring.plants_law import blow_changes, physics_without, pushes
 from analysis.blind.series import outline_series, run_outline
-from ovines.pipeline.series.law_oracle import ASKED, law_figure, unlisted_asked
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.law_file import law_text
+from ovines.pipeline.series.law_oracle import ASKED, law_figure, shares_of_case, unlisted_asked
 
 ELSEWHERE = Place(scale=2.5, turned_rad=1.1, rig_at_m=(-0.4, 1.2), start_s=(3.0, 8.0), first_frame=(50, 4000))
 
@@ -95,6 +99,33 @@ def test_every_cause_that_is_asked_for_can_be_taken_out():
         assert left.plant == plain.plant and not left.run_numbers, name
         assert left.run_friction is None and left.run_restitution is None, name
     assert not refused
+
+
+def test_what_changes_ordinary_physics_cannot_be_taken_out():
+    draft = draft_series("speed_dependent_restitution", 1.0, np.random.default_rng(0), 2)
+    with pytest.raises(ValueError, match="ordinary physics"):
+        without_cause(draft, "speed_dependent_restitution", 2)
+
+
+def test_a_law_written_as_the_plant_has_it_closes_what_the_oracle_closes(tmp_path):
+    """Where lenses leave something in the frames, too; without a law nothing is closed."""
+    place = replace(ELSEWHERE, start_s=(3.0, 8.0, 9.5), first_frame=(50, 4000, 7))
+    outline = outline_series("unknown_central", 0.8, np.random.default_rng(3), 3, "warp", "case-001", place=place)
+    seed = [7, 1, 1]
+    write_series(run_outline(outline, np.random.default_rng(seed)), tmp_path / "cases" / "case-001")
+    rates = outline.draft.parameters["unknown_central"].values()
+    (rate_per_s2,) = (place.in_units("_per_s2", one) for one in rates)
+    answers = tmp_path / "answers" / "case-001"
+    answers.mkdir(parents=True)
+    law = WrittenLaw((Term("outwards", -rate_per_s2, (Factor("radius"),)),))
+    (answers / "law-1.toml").write_text(law_text(law, "a law"))
+    (share,) = shares_of_case(tmp_path, outline, seed)
+    assert share.law == pytest.approx(1.0, abs=0.02)
+    assert share.size == pytest.approx(1.0, abs=0.05)
+    assert share.before > 2 * share.oracle
+    nothing = replace(share, law=0.0)
+    figure = law_figure([share, nothing])
+    assert (figure.value, figure.n) == (0.5, 2)
 
 
 def test_only_unlisted_causes_of_flights_impacts_and_wall_are_asked_for():
