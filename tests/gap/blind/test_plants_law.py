@@ -107,6 +107,7 @@ def test_what_changes_ordinary_physics_cannot_be_taken_out():
         without_cause(draft, "speed_dependent_restitution", 2)
 
 
+@pytest.mark.long
 def test_a_law_written_as_the_plant_has_it_closes_what_the_oracle_closes(tmp_path):
     """Where lenses leave something in the frames, too; without a law nothing is closed."""
     place = replace(ELSEWHERE, start_s=(3.0, 8.0, 9.5), first_frame=(50, 4000, 7))
