@@ -268,8 +268,10 @@ def run_plant(
     scatter = rng.normal(size=4000)
     chances = np.column_stack([scatter, scatter[::-1]])  # no run has half as many impacts
     noted = 2 + STATES if remembered else 8
-    run = _run(float(duration_s), state, parameters, lines, disk_friction_table(), chances, noted)
-    return Motion(*run, physics=parameters, chances=chances[: len(run[1])])
+    nodes, impacts, held, kicks, normals, lines, swings = _run(
+        float(duration_s), state, parameters, lines, disk_friction_table(), chances, noted
+    )
+    return Motion(nodes, impacts, held, kicks, normals, lines, swings, parameters, chances[: len(impacts)])
 
 
 def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
