@@ -212,8 +212,13 @@ def _points(
 
 
 def _one_run(
-    outline: Outline, run: int, level_g: float, rng: np.random.Generator, wish: Wish = AS_BEFORE
-) -> tuple[pd.DataFrame, dict[str, np.ndarray], list[Poses]]:
+    outline: Outline,
+    run: int,
+    level_g: float,
+    rng: np.random.Generator,
+    wish: Wish = AS_BEFORE,
+    remembered: bool = False,
+) -> tuple[pd.DataFrame, dict[str, np.ndarray], list[Poses], Motion]:
     draft, errors, place = outline.draft, view_of(outline.draft), outline.place
     place = replace(place, drive_hz=wish.frequency * place.drive_hz)
     launch = None
@@ -225,7 +230,7 @@ def _one_run(
     physics = physics_of_run(draft, run, 2.0 * np.pi * place.drive_hz, LONGEST_S)
     for _ in range(200):
         start = draw_start(rng) if launch is None else _launched(launch, draft.plant, rng)
-        motion = run_plant(physics, harmonics, start, LONGEST_S + 2e-3, rng)
+        motion = run_plant(physics, harmonics, start, LONGEST_S + 2e-3, rng, remembered)
         if motion.nodes[-1, 0] > SHORTEST_S:
             break
     times = _times(motion, run, place, errors, rng)
@@ -251,7 +256,7 @@ def _one_run(
         f"held{number}": motion.held,
         f"H{number}": harmonics,
     }
-    return tracks, place.states(states), poses
+    return tracks, place.states(states), poses, motion
 
 
 def _model_table(draft: Draft, told: bool, rng: np.random.Generator) -> dict[str, Any]:
@@ -307,30 +312,34 @@ def outline_series(
     return Outline(truth, draft, views, marks, seen, model, float(rng.uniform(0.0, 2.0 * np.pi)), place)
 
 
-def run_outline(outline: Outline, rng: np.random.Generator, level_g: float | None = None) -> Series:
-    """Simulate and film an outlined series; `level_g` drives every run as strongly, 0 not at all."""
-    recordings, poses, count = [], [], 0
+def run_outline(
+    outline: Outline, rng: np.random.Generator, level_g: float | None = None, remembered: bool = False
+) -> Series:
+    """Simulate and film an outlined series; `level_g` drives every run as strongly, 0 not at all.  `remembered`: the
+    series keeps its motions with all that disk, floor and wall remember (17 MB a run)."""
+    recordings, poses, motions, count = [], [], [], 0
     states: dict[str, np.ndarray] = {}
     name = outline.truth["case"]
     for run in range(outline.truth["runs"]):
         level = float(rng.choice(LEVELS_G, p=LEVEL_SHARES))
         level = level if level_g is None else level_g
-        tracks, arrays, seen = _one_run(outline, run, level, rng)
+        tracks, arrays, seen, motion = _one_run(outline, run, level, rng, remembered=remembered)
         text = recording_text(f"{name} run {run + 1}", level, outline.views, outline.model, place=outline.place)
         recordings.append((text, tracks))
         states |= arrays
         poses.append(seen)
+        motions += [motion] if remembered else []
         counted = COUNTED_SPEED_M_PER_S * outline.place.slower
         count += int((arrays[f"imp{run + 1:02d}"][:, 1] > counted).sum())
     truth = dict(outline.truth, n_impacts=count)
-    return Series(truth, recordings, outline.place.cameras(calibration_of(outline.views)), states, poses)
+    return Series(truth, recordings, outline.place.cameras(calibration_of(outline.views)), states, poses, motions)
 
 
 def further_run(outline: Outline, wish: Wish, rng: np.random.Generator) -> tuple[str, pd.DataFrame]:
     """recording.toml and tracks of one more run of an outlined series, made as wished."""
     run = int(rng.integers(outline.truth["runs"]))  # what differs from run to run is as in one of those there are
     level = 0.0 if wish.launch is not None else wish.level * float(rng.choice(LEVELS_G, p=LEVEL_SHARES))
-    tracks, _, _ = _one_run(outline, run, level, rng, wish)
+    tracks, *_ = _one_run(outline, run, level, rng, wish)
     place = replace(outline.place, drive_hz=wish.frequency * outline.place.drive_hz)
     if wish.launch is not None:
         place = replace(place, drive="none")

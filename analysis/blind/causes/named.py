@@ -5,6 +5,7 @@ is decided. Every cause takes `size` (1.0 or 0.35, or anything positive) and dra
 spread of 15 %.
 """
 
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -72,6 +73,23 @@ def draft_series(
     for name, own in zip(names, sizes, strict=True):
         draft.parameters[name] = {key: float(value) for key, value in CAUSES[name].apply(draft, own, rng, runs).items()}
     return draft
+
+
+def without_cause(draft: Draft, name: str, runs: int) -> Draft:
+    """The draft without one of its causes: every number that this sets, put into a draft by itself, as if it had not.
+
+    `ValueError` of a cause that changes what ordinary physics has drawn, which is not known any more."""
+    plain = draft_series("none", 1.0, np.random.default_rng(0), runs)
+    alone = draft_series(name, 1.0, np.random.default_rng(0), runs)
+    if any(alone.plant[key] != value for key, value in plain.plant.items()):
+        raise ValueError(f"{name} changes ordinary physics: what this was without it is not known")
+    return replace(
+        draft,
+        plant={key: value for key, value in draft.plant.items() if key in plain.plant or key not in alone.plant},
+        run_numbers={key: value for key, value in draft.run_numbers.items() if key not in alone.run_numbers},
+        run_friction=draft.run_friction if alone.run_friction is None else None,
+        run_restitution=draft.run_restitution if alone.run_restitution is None else None,
+    )
 
 
 def physics_of_run(draft: Draft, run: int, drive_rad_per_s: float, duration_s: float) -> PlantParameters:

@@ -44,7 +44,8 @@ class Motion(NamedTuple):
     `impacts` (k, 3): time, normal and tangential approach speed; `held` (h, 2): start and end of sustained
     contact; `kicks` (k, 2): change of the disk's velocity in each impact (x, y), `normals` (k,): direction of the
     wall's outward normal in it (rad); `lines` (m, 7): those that the Host followed (`host_pose`), `swings` (s, 2, 7)
-    its swings along x and y, each from its own time on."""
+    its swings along x and y, each from its own time on; `physics`: the numbers of the run; `chances` (k, 2) of each
+    impact.  Of a run that is remembered `nodes` have the rest of the state, too, (n, 2 + STATES)."""
 
     nodes: np.ndarray
     impacts: np.ndarray
@@ -53,6 +54,8 @@ class Motion(NamedTuple):
     normals: np.ndarray
     lines: np.ndarray
     swings: np.ndarray
+    physics: PlantParameters
+    chances: np.ndarray
 
 
 @compiled
@@ -124,6 +127,8 @@ def _note(node: Floats, time: float, state: Floats, held: float) -> None:
     node[0], node[7] = time, held
     for i in range(6):
         node[1 + i] = state[i]
+    for i in range(6, node.shape[0] - 2):
+        node[2 + i] = state[i]
 
 
 @compiled
@@ -214,9 +219,9 @@ def _move(
 
 @making_arrays
 def _run(
-    duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats
+    duration_s: float, state: Floats, p: PlantParameters, lines: Floats, table: Floats, scatter: Floats, noted: int
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]:
-    nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, 8))
+    nodes = np.empty((int((duration_s - START_S) / STEP_S) + 20000, noted))
     impacts, kicks, normals, held = np.empty((4000, 3)), np.zeros((4000, 2)), np.empty(4000), np.empty((400, 2))
     swings = np.zeros((nodes.shape[0] if p.recoil_kg > 0.0 else 0, 2, 7))
     host, scratch = _with_swings(lines, p), np.zeros((8, STATES))
@@ -241,12 +246,14 @@ def run_plant(
     initial: np.ndarray,
     duration_s: float,
     rng: np.random.Generator,
+    remembered: bool = False,
 ) -> Motion:
     """Move the disk for `duration_s` or until it has been held at the wall for a while.
 
     `host_harmonics` (n, 4 to 7): axis (0 x, 1 y, 2 rotation, 3 z), amplitude, angular frequency, phase of a sine, and
     the rest of `host_pose`'s rows.
-    `initial` (6,): x, y, vx, vy, angle, spin; x and y relative to the Host, vx and vy in the room.
+    `initial` (6,): x, y, vx, vy, angle, spin; x and y relative to the Host, vx and vy in the room.  `remembered`: the
+    whole state is noted, with what disk, floor and wall remember.
     """
     lines = np.zeros((len(host_harmonics), 7))
     lines[:, : host_harmonics.shape[1]] = host_harmonics
@@ -260,7 +267,11 @@ def run_plant(
     state[PRINT_X], state[PRINT_Y] = initial[X], initial[Y]
     scatter = rng.normal(size=4000)
     chances = np.column_stack([scatter, scatter[::-1]])  # no run has half as many impacts
-    return Motion(*_run(float(duration_s), state, parameters, lines, disk_friction_table(), chances))
+    noted = 2 + STATES if remembered else 8
+    nodes, impacts, held, kicks, normals, lines, swings = _run(
+        float(duration_s), state, parameters, lines, disk_friction_table(), chances, noted
+    )
+    return Motion(nodes, impacts, held, kicks, normals, lines, swings, parameters, chances[: len(impacts)])
 
 
 def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
@@ -270,11 +281,20 @@ def state_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
     return np.column_stack([np.interp(time_s, time, motion.nodes[:, i]) for i in range(1, 8)])
 
 
+def remembered_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
+    """Whole states (n, STATES) of a run that is remembered, as `state_at` has its first six numbers; at an impact's own
+    time less 1e-12 s as the disk comes to it."""
+    time, at = motion.nodes[:, 0], [*range(1, 7), *range(8, motion.nodes.shape[1])]
+    return np.column_stack([np.interp(time_s, time, motion.nodes[:, i]) for i in at])
+
+
 def host_at(motion: Motion, time_s: np.ndarray) -> np.ndarray:
     """Host (n, 4: x, y, rotation, z) at `time_s` (n,), swings included."""
-    out = np.empty((len(time_s), 4))
-    begins = motion.swings[:, 0, 4]
-    for i, (t, k) in enumerate(zip(time_s, np.searchsorted(begins, time_s, side="right"), strict=True)):
-        rows = motion.lines if k == 0 else np.vstack([motion.lines, motion.swings[k - 1]])
-        out[i] = host_pose(t, rows)[0]
-    return out
+    rows = host_lines_at(motion, time_s)
+    return np.array([host_pose(t, own)[0] for t, own in zip(time_s, rows, strict=True)]).reshape(-1, 4)
+
+
+def host_lines_at(motion: Motion, time_s: np.ndarray) -> list[np.ndarray]:
+    """The Host's lines at each of `time_s` (n,), with the swings that it has then."""
+    swung = np.searchsorted(motion.swings[:, 0, 4], time_s, side="right")
+    return [motion.lines if k == 0 else np.vstack([motion.lines, motion.swings[k - 1]]) for k in swung]

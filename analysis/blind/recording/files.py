@@ -1,7 +1,7 @@
 """A plant's series as files, in the layout of docs/chain.md."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ class Series:
     is calibration.json; `states` has per run stateNN (x, y, vx, vy of the centre of mass, angle, spin,
     held, at each frame of the first camera), impNN (time, normal and tangential approach speed), heldNN,
     HNN (harmonics). `poses` has per run what
-    either camera sees.
+    either camera sees; `motions` the plant's own of a series that is remembered, in the plant's units.
     """
 
     truth: dict[str, Any]
@@ -32,6 +32,7 @@ class Series:
     calibration: dict[str, Any]
     states: dict[str, np.ndarray]
     poses: list[list[Poses]]
+    motions: list[Any] = field(default_factory=list)
 
 
 WALL_M = 0.05  # from the Host's centre to a round or the middle of a flat wall

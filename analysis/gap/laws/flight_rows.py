@@ -174,6 +174,11 @@ class FlightRegression:
             parts.append(part)
         return np.vstack(parts)
 
+    def pushed_columns(self, given: Sequence[Array]) -> Array:
+        """Columns (M, C) of accelerations ``given`` (S, 3, C; m/s^2 along x and y, rad/s^2) at the ``times`` of each
+        flight."""
+        return np.vstack([_columns(one, own) for one, own in zip(self.flights, given, strict=True)])
+
     def seen_beside(self, moved: Sequence[Array]) -> Array:
         """Columns (M, C) of what moves the disk's picture, not the disk: ``moved`` at the frames of each flight, along
         x and y and, where it turns, by an angle (N, 2 or 3, C; m, rad)."""

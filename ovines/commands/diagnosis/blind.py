@@ -1,5 +1,7 @@
 """`ovines blind`: sealed cases made by an independent plant, answered by the diagnosis, then scored."""
 
+from __future__ import annotations
+
 import argparse
 import json
 import os
@@ -11,13 +13,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from joblib import Parallel, delayed
 
 from analysis.blind import trial
 from analysis.blind.scoring import report, score
+from analysis.blind.scoring.intervals import Figure
 from analysis.blind.scoring.oracle import in_flights, oracle_share
 from analysis.blind.scoring.probabilities import probability_figures, reliability
 from analysis.blind.scoring.withheld import Withheld, judge_withheld, to_withhold, withheld_markdown
@@ -33,6 +36,9 @@ from ovines.pipeline.series.closed_loop import markdown as loop_markdown
 from ovines.tables import read_table
 from ovines.workers.budget import add_yes, refuse_cost
 from ovines.workers.orphans import die_with
+
+if TYPE_CHECKING:
+    from ovines.pipeline.series.law_oracle import LawShare
 
 NAME = "blind"
 # What is said of a case whose diagnosis ended in an error.
@@ -95,6 +101,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     marks.add_argument("folder", type=Path)
     marks.add_argument("--seed", type=whole_number, default=None, help="the seed of a sealed trial")
     marks.add_argument("--partial", action="store_true", help="score the cases answered so far")
+    marks.add_argument(
+        "--laws", action="store_true", help="hold written laws against the plant's own, too: minutes a case"
+    )
     _add_jobs(marks)
 
 
@@ -320,18 +329,51 @@ def _oracle_case(folder: Path, outline: Outline, seed: list[int], parent: int = 
     return oracle_share(predictions, run_outline(outline, np.random.default_rng(seed)).states, outline.place)
 
 
+def _law_case(folder: Path, outline: Outline, seed: list[int], parent: int = 0) -> list[LawShare]:
+    from ovines.pipeline.series.law_oracle import shares_of_case
+
+    die_with(parent)
+    return shares_of_case(folder, outline, seed)
+
+
+def _answered_outlines(args: argparse.Namespace, answered: set[str]) -> list[tuple[Outline, list[int]]]:
+    """Outlines of the answered cases, each with the seed of its runs."""
+    plan = trial.plan_of(trial.read_manifest(args.folder), args.seed)
+    every = enumerate(trial.outlines(plan), 1)
+    return [(outline, [args.seed, i, 1]) for i, outline in every if outline.truth["case"] in answered]
+
+
 def _oracle(args: argparse.Namespace, answered: set[str]) -> list[float]:
     """What the answers close of what an oracle closes, of the cases whose causes all lie in the flights; the plant runs
     again for it."""
     if args.seed is None:
         return []
-    plan = trial.plan_of(trial.read_manifest(args.folder), args.seed)
     asked = [
-        delayed(_oracle_case)(args.folder, outline, [args.seed, i + 1, 1], os.getpid())
-        for i, outline in enumerate(trial.outlines(plan))
-        if outline.truth["case"] in answered and in_flights(outline.truth)
+        delayed(_oracle_case)(args.folder, outline, seed, os.getpid())
+        for outline, seed in _answered_outlines(args, answered)
+        if in_flights(outline.truth)
     ]
     return [share for share in Parallel(n_jobs=_processes(args))(asked) if share is not None]
+
+
+def _laws(args: argparse.Namespace, answered: set[str]) -> list[LawShare]:
+    """What written laws close of what the plant's own close, where that is asked for."""
+    if not args.laws:
+        return []
+    if args.seed is None:
+        raise InputError("--laws without the seed", "the seed that the trial was made with", "give --seed")
+    cases = _answered_outlines(args, answered)
+    _refuse_costly(f"laws of {len(cases)} cases", len(cases) * ANSWER_S, args)
+    asked = (delayed(_law_case)(args.folder, outline, seed, os.getpid()) for outline, seed in cases)
+    return [share for shares in Parallel(n_jobs=_processes(args))(asked) for share in shares]
+
+
+def _add_laws(laws: list[LawShare], figures: list[Figure]) -> str:
+    """The figure of the laws to the others; their table for score.md."""
+    from ovines.pipeline.series.law_oracle import law_figure, law_markdown
+
+    figures.append(law_figure(laws))
+    return law_markdown(laws)
 
 
 def _score(args: argparse.Namespace) -> int:
@@ -343,6 +385,8 @@ def _score(args: argparse.Namespace) -> int:
     rng = np.random.default_rng(0)
     figures = score.figures_of(rows, rng) + probability_figures(rows, rng)
     figures.append(score.oracle_figure(_oracle(args, set(answers)), rng))
+    laws = _laws(args, set(answers))
+    law_table = _add_laws(laws, figures) if args.laws else ""
     bands = reliability(rows)
     causes = score.per_cause(rows, answers)
     result = {
@@ -352,9 +396,10 @@ def _score(args: argparse.Namespace) -> int:
         "causes": causes,
         "cases": [asdict(r) for r in rows],
     }
+    result |= {"laws": [asdict(one) for one in laws]} if args.laws else {}
     write_text_whole(json.dumps(result, indent=1), args.folder / "score.json")
     told = f"ovines blind score {args.folder.name}` on {len(rows)} of {len(truths)} cases, `ovines {__version__}"
-    text = report.markdown(figures, causes, rows, bands, told)
+    text = report.markdown(figures, causes, rows, bands, told) + law_table
     write_text_whole(text, args.folder / "score.md")
     report.confusion_picture(rows, args.folder / "confusion.png")
     report.reliability_picture(bands, args.folder / "reliability.png")
