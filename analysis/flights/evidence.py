@@ -25,6 +25,7 @@ from analysis.flights.equation.parameters import PARAMETERS
 from analysis.flights.fit import SHARED, FlightFits
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
 from analysis.flights.single_flight import whiten
+from analysis.statistics.robust import covariance_of
 from ovines.robust import middle
 
 Array = NDArray[np.float64]
@@ -34,8 +35,8 @@ Array = NDArray[np.float64]
 OUTLYING_FLIGHT = 8.0
 # ... of at least so much: stated sds may be too large.
 LEAST_USUAL_MISFIT = 0.3
-# Ridge of a flight's own state, over its information and absolute, and of the shared unknowns' covariance: rounding's.
-STATE_RIDGE, LEAST_INFORMATION, SHARED_RIDGE = 1e-10, 1e-12, 1e-11
+# Ridge of a flight's own state, over its information and absolute: rounding's.
+STATE_RIDGE, LEAST_INFORMATION = 1e-10, 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,13 +309,3 @@ def solve(evidence: Sequence[Evidence], columns: Sequence[int], prior: Array) ->
     score = np.where(np.diag(covariance) > 0, score, 0.0)
     estimate = covariance @ score
     return estimate, covariance, float(estimate @ score)
-
-
-def covariance_of(information: Array) -> Array:
-    """Inverse of an information matrix, scaled to a unit diagonal first, with a whisper of ridge; a column without
-    information has no variance either (its unknown keeps its value)."""
-    diagonal = np.diag(information)
-    informed = np.isfinite(diagonal) & (diagonal > 0)
-    scale = np.where(informed, 1 / np.sqrt(np.where(informed, diagonal, 1.0)), 0.0)
-    scaled = np.where(np.outer(informed, informed), information, 0.0) * np.outer(scale, scale)
-    return np.linalg.inv(scaled + SHARED_RIDGE * np.eye(len(scale))) * np.outer(scale, scale)

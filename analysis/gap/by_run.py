@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.evidence import covariance_of
+from analysis.statistics.robust import covariance_of
 
 Array = NDArray[np.float64]
 

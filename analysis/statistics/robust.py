@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 CAUCHY_SD = 3.0
 # Eigenvalues below this share of the largest are nil but for rounding.
 LEAST_TOLD = 1e-15
+# Added to a matrix of unit diagonal before it is inverted.
+UNIT_RIDGE = 1e-11
 # sd of a median over that of the mean, of normal errors.
 MEDIAN_SD = 1.2533
 
@@ -33,6 +35,16 @@ def symmetric_inverse(matrix: Array) -> Array:
     sizes, ways = np.linalg.eigh(matrix)
     told = np.abs(sizes) > LEAST_TOLD * np.abs(sizes).max(initial=0.0)
     return np.asarray((ways / np.where(told, sizes, np.inf)) @ ways.T, float)
+
+
+def covariance_of(information: Array) -> Array:
+    """Inverse of an information matrix, scaled to a unit diagonal first, with a whisper of ridge; a column without
+    information has no variance either (its unknown keeps its value)."""
+    diagonal = np.diag(information)
+    informed = np.isfinite(diagonal) & (diagonal > 0)
+    scale = np.where(informed, 1 / np.sqrt(np.where(informed, diagonal, 1.0)), 0.0)
+    scaled = np.where(np.outer(informed, informed), information, 0.0) * np.outer(scale, scale)
+    return np.linalg.inv(scaled + UNIT_RIDGE * np.eye(len(scale))) * np.outer(scale, scale)
 
 
 def at_least_noise(standard: Array) -> float:

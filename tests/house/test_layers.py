@@ -14,15 +14,14 @@ ROOT = Path(__file__).resolve().parents[2]
 # docs/architecture.md shows the same list.
 ROWS = """
 ovines.core.kernel
-ovines.errors ovines.robust ovines.core.compiled ovines.core.refusal ovines.core.limits analysis.gap.thresholds \
-    analysis.gap.cause
+ovines.errors ovines.robust ovines.core.compiled ovines.core.refusal ovines.core.limits analysis.gap.thresholds
 ovines.io ovines.lens_field ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
     vision.smooth_field \
-    analysis.compiled analysis.statistics analysis.gap.finding \
+    analysis.compiled analysis.statistics \
     analysis.blind.plant.compiled analysis.blind.plant.parameters analysis.blind.plant.state
-ovines.core.system analysis.blind.plant.host
+ovines.core.system analysis.blind.plant.host analysis.gap.by_run
 ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovines.core.effects \
-    analysis.blind.plant.flight
+    analysis.blind.plant.flight analysis.gap.cause analysis.gap.finding
 ovines.law_file ovines.recording ovines.importers.reading ovines.core.contact ovines.core.packing vision.markers \
     vision.video vision.pinhole analysis.blind.plant.wall analysis.blind.recording analysis.gap.tests_by_hand
 ovines.importers.formats vision.one_view analysis.blind.plant.dynamics vision.calibration.bundle \

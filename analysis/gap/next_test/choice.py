@@ -21,7 +21,6 @@ from analysis.contact.restitution import best_speed_scale, restitution_design
 from analysis.flights.cutting.run_data import LENS_TERMS
 from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX
-from analysis.flights.evidence import covariance_of
 from analysis.flights.fit import ORIGIN
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
@@ -29,6 +28,7 @@ from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Se
 from analysis.gap.selection.flights.fit import fit, information_of, prior_of
 from analysis.gap.selection.flights.terms import EFFECT_TERMS
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
+from analysis.statistics.robust import covariance_of
 from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]

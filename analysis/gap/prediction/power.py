@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.special import chndtr
 
 from analysis.contact.restitution import restitution_design
-from analysis.flights.evidence import covariance_of
 from analysis.gap.ladder import Ladder
 from analysis.gap.selection.flight_candidates import Units
 from analysis.gap.selection.flight_steps import FlightSteps
@@ -23,6 +22,7 @@ from analysis.gap.selection.impacts.gain import NEGLIGIBLE
 from analysis.gap.selection.impacts.restitution import SPOTS_BY_CHANCE, restitution_groups, spots
 from analysis.gap.selection.null_distribution import held_out_cost, root_of, threshold
 from analysis.gap.thresholds import GAIN, IMPACT_GAIN, IMPROVED
+from analysis.statistics.robust import covariance_of
 
 Array = NDArray[np.float64]
 # Causes drawn of each kind, and the largest in units of the negligible one.

@@ -17,11 +17,11 @@ from scipy.special import chdtrc
 
 from analysis.contact.law import LawData, fit_restitution
 from analysis.contact.restitution import restitution_design, speed_scales_m_per_s
-from analysis.flights.evidence import covariance_of
 from analysis.gap.cause import SMALLEST_P
 from analysis.gap.selection.flights.fit import FlightFit, information_of, prior_of
 from analysis.gap.selection.flights.terms import FlightTerm
 from analysis.gap.selection.impacts.restitution import SPOTS_BY_CHANCE, restitution_groups, spots
+from analysis.statistics.robust import covariance_of
 
 Array = NDArray[np.float64]
 # Four stages draw lots of their own: one series in a hundred reaches any of their levels.

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from analysis.flights.cutting.run_data import LENS_TERMS
 from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import GIVEN, INDEX, LAW, LAW_TERMS
-from analysis.flights.evidence import Evidence, columns_of, covariance_of, gather, solve
+from analysis.flights.evidence import Evidence, columns_of, gather, solve
 from analysis.flights.fit import ORIGIN, SHARED, FlightFits, fit_flights
 from analysis.flights.noise import PLAIN, FlightNoise
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.selection.flights.model import FlightModel, RunPlace, moved, run_places, too_long
 from analysis.identification.floor.errors import noise_of
+from analysis.statistics.robust import covariance_of
 from ovines.workers.threads import in_threads
 
 Array = NDArray[np.float64]
