@@ -50,8 +50,7 @@ def judge(
     size: float,
     significance: float,
     negligible: float | None = None,
-    by_run: ByRun | None = None,
 ) -> Finding:
     """A finding with its parameters (value, sd), ``found`` when it is both significant and more than negligible."""
-    one = Finding(effect, parameters, float(significance), float(size), False, negligible=negligible, by_run=by_run)
+    one = Finding(effect, parameters, float(significance), float(size), False, negligible=negligible)
     return replace(one, found=bool(size > one.least and significance > SIGNIFICANCE))

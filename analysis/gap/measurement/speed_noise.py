@@ -61,19 +61,16 @@ def speed_noise(series: Series) -> list[Finding]:
     Where nothing is smeared, the axis that moves most tells the jitter by itself.  The fit of the Host's path takes a
     part of either with it, and leaves some of the one in the form of the other: how much, a drawn scatter of the same
     size tells, which is fitted in the same way."""
-    runs = [run for run in series.runs if run.data.host.omega_rad_per_s]
-    seen = {
-        number: _residuals(run.data.host.residual, run.data.host.at(run.data.time_s, 1))
-        for number, run in enumerate(series.runs)
-        if run.data.host.omega_rad_per_s
-    }
-    seen = {number: pair for number, pair in seen.items() if len(pair[0])}
-    pairs = list(seen.values())
+    driven = [number for number, run in enumerate(series.runs) if run.data.host.omega_rad_per_s]
+    runs = [series.runs[number] for number in driven]
+    pairs = [_residuals(run.data.host.residual, run.data.host.at(run.data.time_s, 1)) for run in runs]
+    at = np.array([number for number, pair in zip(driven, pairs, strict=True) if len(pair[0])], np.int64)
+    pairs = [pair for pair in pairs if len(pair[0])]
     if not pairs:
         return []
     least_s = {effect: share * series.period_s for effect, share in NEGLIGIBLE_FRAMES.items()}
     rng = np.random.default_rng(len(pairs))
-    squares, at = _both(pairs), np.array(list(seen))
+    squares = _both(pairs)
     sizes, errors = squares.sizes, squares.errors
     if any(size > SIGNIFICANCE * error for size, error in zip(sizes, errors, strict=True)):
         unit = [max(float(size), LEAST_DRAWN * float(np.max(sizes))) for size in sizes]

@@ -85,8 +85,8 @@ def _frame_rate(series: Series) -> Finding | None:
     mean = float(np.sum(weight * ratio) / weight.sum())
     spread = float(np.sqrt(np.sum(weight * (ratio - mean) ** 2) / weight.sum() / max(told - 1, 1)))
     error = max(1 / np.sqrt(weight.sum()), spread, LEAST_RATIO_SD)
-    by_run = ByRun.of_estimates(ratio - 1, sd)
-    return judge("frame_rate_error", {"ratio": (mean, error)}, abs(mean - 1), abs(mean - 1) / error, by_run=by_run)
+    found = judge("frame_rate_error", {"ratio": (mean, error)}, abs(mean - 1), abs(mean - 1) / error)
+    return replace(found, by_run=ByRun.of_estimates(ratio - 1, sd))
 
 
 @dataclass(frozen=True, eq=False)
