@@ -50,7 +50,7 @@ def flights(friction_share, tilt=(0.0, 0.0), seed=0, left=0.0):
         noise = rng.normal(0.0, 0.02, 400)
         value = (table[:, :3] @ [FRICTION * share, *tilt] + noise) / 0.02
         table = table / 0.02
-        evidence.append(Evidence(columns, table.T @ table, table.T @ value, 0.0, 400, 20, 0, 0.0, 1.0))
+        evidence.append(Evidence(columns, table.T @ table, table.T @ value, 0.0, 400, 20, 0))
     alone = SimpleNamespace(run=SimpleNamespace(contact_radius_m=0.04))
     model, none = nominal_model(["floor_friction"], friction=FRICTION), np.zeros((0, 0))
     misfit = 400.0 * RUNS + left
