@@ -9,7 +9,7 @@
 
 All three get the candidates, the rows and the priors that the search of laws gets, and are judged like it: their sizes
 are fitted to the other runs, what they choose is chosen with all runs in view.  A library that has chosen many terms of
-few blows looks better for that: of impacts and the wall it is also asked anew without each run that it is judged on.
+few blows looks better for that: it is also asked anew without each run that it is judged on.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.gap.laws.choice.listed import Listed
-from analysis.gap.laws.impact_rows import ImpactRegression
 from analysis.gap.laws.regression.forms import kin_of
 from analysis.gap.laws.regression.problem import Profile, Regression, held_out_squares, part_of
 from ovines.core.laws import words as W
@@ -45,6 +44,11 @@ USUAL = {  # of laws of the impacts and the wall (m)
 
 def library(problem: Regression, listed: Listed) -> list[Term]:
     """Terms chosen by the squared error of all runs of ``problem``."""
+    return [term for k in chosen_of(problem, listed) for term in listed.candidates[k].terms]
+
+
+def chosen_of(problem: Regression, listed: Listed) -> list[int]:
+    """Numbers of the candidates that a library takes, in their order."""
     price, asked = np.log(len(problem.residual)) * problem.excess, listed.asked(problem)
     chosen: list[int] = []
     parts: list[int] = []
@@ -66,7 +70,7 @@ def library(problem: Regression, listed: Listed) -> list[Term]:
             break
         parts.append(best)
         chosen += listed.groups[best]
-    return [term for k in parts for term in listed.candidates[k].terms]
+    return parts
 
 
 def sparse(problem: Regression, listed: Listed) -> list[Term]:
@@ -95,15 +99,17 @@ def sparse(problem: Regression, listed: Listed) -> list[Term]:
     return [terms[k] for k in best[1]]
 
 
-def library_by_fold(regression, listed: Listed) -> float:
+def library_by_fold(problem: Regression, listed: Listed) -> float:
     """Mean square of a row on runs held out of the choice, too: the library is asked anew without each."""
-    problem, total = regression.problem, 0.0
-    for fold in np.unique(problem.folds):
-        own = problem.folds != fold
-        part, table = part_of(problem, own), listed.table[own]
-        fewer = replace(listed, table=table, kin=kin_of(part, table, listed.groups))
-        chosen = columns_of_terms(regression, library(part, fewer))
-        total += float(held_out_squares(problem, chosen)[fold])
+    asked = listed.asked(problem)
+    total = held_out(problem, problem.nuisances[:, :0]) * len(problem.residual)
+    before, folds = held_out_squares(asked, asked.nuisances[:, :0]), asked.folds
+    for fold in np.unique(folds):
+        own = folds != fold
+        part, table = part_of(asked, own), listed.table[own]
+        fewer = replace(listed, table=table, kin=kin_of(part, table, listed.groups), asked=lambda one: one)
+        chosen = [k for number in chosen_of(part, fewer) for k in listed.groups[number]]
+        total += float((held_out_squares(asked, listed.table[:, chosen].astype(float)) - before)[fold])
     return total / len(problem.residual)
 
 
@@ -185,8 +191,7 @@ def squares_of(regression, listed: Listed, features: Iterable[np.ndarray]) -> di
     out = {}
     for name, choose in (("library", library), ("sparse", sparse)):
         out[name] = held_out(problem, columns_of_terms(regression, choose(problem, listed)))
-    if isinstance(regression, ImpactRegression):  # of flights it would take hours
-        out["library, chosen without the run"] = library_by_fold(regression, listed)
+    out["library, chosen without the run"] = library_by_fold(problem, listed)
     predicted = gaussian_process(problem, features)
     out["Gaussian process"] = held_out(predicted, predicted.nuisances[:, :0])
     return out
