@@ -25,6 +25,7 @@ from analysis.gap.laws.dictionary.candidate import Candidate, named_numbers, way
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
+from analysis.gap.laws.dictionary.modulated import fixed
 from analysis.gap.laws.dictionary.parts import RigScales, plain, scaled
 from analysis.gap.laws.flight_rows import flight_regression
 from analysis.gap.laws.flight_sizes import sized_law
@@ -264,6 +265,43 @@ def test_what_further_parts_explain_is_no_noise_of_few_runs(seed):
     found, p = find_law(problem, columns, every, np.random.default_rng(0), LEVEL_WHERE_LEFT)
     assert p < LEVEL
     assert sorted(part.name for part in found.parts) == ["column 0", "column 1", "column 2"]
+
+
+def test_what_a_law_of_one_part_leaves_seldom_has_another():
+    """Sixty laws of one part: one in a hundred may have a further one by chance (of a hundred, two had)."""
+    further = 0
+    for seed in range(60):
+        problem, x = few_runs(seed, 0.0)
+        every, columns = numbered(x)
+        problem = replace(problem, residual=problem.residual + 12.0 * x[:, 0])
+        found, _ = find_law(problem, columns, every, np.random.default_rng(0), LEVEL_WHERE_LEFT)
+        assert found.parts[0].name == "column 0"
+        further += len(found.parts) > 1
+    assert further <= 2
+
+
+def test_a_product_hides_no_law_of_two_parts():
+    """A curve of the speed and a line of the slip: the curve times a line of the slip comes first, and keeps its place
+    where a law must begin with what says most."""
+    rng = np.random.default_rng(5)
+    count = 240
+    speed, _, slip = rng.uniform(0.0, 2.0, count), rng.uniform(0.0, 1.0, count), rng.uniform(-1.0, 1.0, count)
+    every = np.arange(count)
+    law = 20.0 * np.exp(-speed / 0.3) + 30.0 * np.exp(-speed / 1.5) + 20.0 * slip
+    problem = Regression(law + rng.standard_normal(count), np.ones((count, 1)), np.zeros(1), every, every % 8)
+
+    def columns(terms):
+        known = np.zeros((count, KNOWN_SIZE))
+        known[:, W.APPROACH], known[:, W.SLIP] = speed, slip
+        out = np.empty((count, len(terms)))
+        sizes(rows_of(terms), known, out)
+        return out
+
+    line = plain("a line", Term("restitution", 1.0, (Factor("slip"),)))
+    curve = scaled("a curve", "restitution", ("approach", "exponential", 1.0), [0.5, 1.0])
+    changing = fixed("changing with the slip", (), (Factor("slip"),))
+    found, _ = find_law(problem, columns, [line, *curve], np.random.default_rng(0), LEVEL, [changing])
+    assert sorted(part.name for part in found.parts) == ["a curve", "a line"]
 
 
 def test_forms_are_told_apart_by_what_the_best_of_them_leaves():

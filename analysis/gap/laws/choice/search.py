@@ -76,7 +76,8 @@ def find_law(
     if asked.p > level:
         return None, asked.p
     found = _built(problem, columns, listed, asked, rng, multipliers, most_parts)
-    if found is not None and any(part.looked > 0 and part not in listed.candidates for part in found.parts):
+    names = {one.name for one in listed.candidates}
+    if found is not None and any(part.name not in names for part in found.parts):
         plain = _built(problem, columns, listed, asked, rng, (), most_parts)
         if plain is not None and _worth_of(plain) + AS_GOOD >= _worth_of(found):
             found = plain
