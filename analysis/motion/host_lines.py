@@ -93,7 +93,7 @@ def fit_lines(
     count = len(frequencies)
     errors = np.full(count, np.inf)
     size = 1 + 2 * (overtones + count - first)
-    coefficients, inverse = np.zeros((4, size)), np.zeros((4, size, size))
+    coefficients, normals = np.zeros((4, size)), np.zeros((4, size, size))
     residual = np.full_like(position, np.nan)
     duration = float(np.ptp(time_s)) if len(time_s) else 1.0
     for rounds in range(FIT_ROUNDS):
@@ -110,7 +110,7 @@ def fit_lines(
             weight = 1 / sd[m, axis]
             rows = columns[m] * weight[:, None]
             coefficients[axis] = np.linalg.lstsq(rows, position[m, axis] * weight, rcond=None)[0]
-            inverse[axis] = np.linalg.pinv(columns[m].T @ columns[m], hermitian=True)
+            normals[axis] = columns[m].T @ columns[m]
             residual[:, axis] = position[:, axis] - columns @ coefficients[axis]
             if not count:
                 continue
@@ -141,6 +141,7 @@ def fit_lines(
         frequencies = frequencies + np.clip(step, -most, most)
         if rests:
             break
+    inverse = np.array([np.linalg.pinv(one, hermitian=True) for one in normals])
     return LineFit(frequencies, errors, overtones, coefficients, residual, keep, inverse, held)
 
 

@@ -18,20 +18,28 @@ from ovines.pipeline.runner import run_stages, write_output
 from ovines.pipeline.stages import STAGES, inputs_of, location, stage, stages_of, stored_state
 from ovines.recording import read_recording
 from ovines.tables import TABLES, read_provenance, read_table, write_table
-from tests.conftest import two_cameras
+from tests.conftest import two_cameras, write_small_recording
 
 
 def triangulate(folder, out, **options):
     return run_stages(read_recording(folder), out, only="triangulate", **options).stages["triangulate"]
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with a recording, and results that are up to date for triangulate."""
+    place = tmp_path_factory.mktemp("made")
+    folder, out = write_small_recording(place / "series" / "run-01").folder, place / "out"
+    assert triangulate(folder, out) == "run"
+    assert triangulate(folder, out) == "up to date"
+    return place
+
+
 @pytest.fixture
-def done(small_recording, tmp_path):
-    """A recording, and a results folder that is up to date for triangulate."""
-    out = tmp_path / "out"
-    assert triangulate(small_recording.folder, out) == "run"
-    assert triangulate(small_recording.folder, out) == "up to date"
-    return small_recording.folder, out
+def done(made, tmp_path):
+    """A recording, and a results folder that is up to date for triangulate: a test's own copy of both."""
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "series" / "run-01", tmp_path / "out"
 
 
 def test_points_are_where_the_markers_were(small_recording, tmp_path):
