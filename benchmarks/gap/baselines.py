@@ -26,7 +26,7 @@ from analysis.gap.laws.regression.problem import Profile, Regression, held_out_s
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Factor, Term, rows_of
-from ovines.pipeline.series.law_oracle import held_out
+from ovines.pipeline.blind.law_oracle import held_out
 
 MOST_PARTS = 10
 SMALL, RIDGE, ROUNDS = (0.05, 0.1, 0.2, 0.4, 0.7), 0.05, 20

@@ -37,8 +37,8 @@ from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from benchmarks.gap.baselines import columns_of_terms, flight_features, squares_of
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import WrittenLaw
+from ovines.pipeline.blind.law_oracle import PlantsRuns, flight_columns, held_out
 from ovines.pipeline.series.diagnosis import load_series
-from ovines.pipeline.series.law_oracle import PlantsRuns, flight_columns, held_out
 from ovines.recording import read_series
 
 EFFECTS = ("floor_friction", "spin_coupling")

@@ -58,6 +58,7 @@ analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovi
 analysis.gap.page.figures
 analysis.gap.page ovines.pipeline
 ovines.pipeline.series
+ovines.pipeline.blind
 ovines.two_results ovines.simulations ovines.commands ovines.commands.options
 ovines.commands.recording ovines.commands.chain ovines.commands.results ovines.commands.diagnosis \
     ovines.commands.simulator ovines.notebook

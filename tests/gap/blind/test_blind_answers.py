@@ -7,6 +7,7 @@ import pytest
 
 from ovines.commands.diagnosis import blind
 from ovines.errors import InputError
+from ovines.pipeline.blind import answers
 
 
 def _run(*arguments):
@@ -29,7 +30,7 @@ def test_answering_goes_on_where_it_stopped(tmp_path, monkeypatch):
             json.dumps({"verdict": "none", "effects": [], "equivalent": [], "stage": None})
         )
 
-    monkeypatch.setattr(blind, "_diagnose", answer)
+    monkeypatch.setattr(answers, "diagnose", answer)
     with pytest.raises(KeyboardInterrupt):
         _run("answer", tmp_path / "t")
     assert _run("score", tmp_path / "t", "--partial") == 0
@@ -50,23 +51,22 @@ def test_a_case_that_ends_in_an_error_costs_only_itself(tmp_path, monkeypatch, c
         verdict = {"verdict": "none", "effects": [], "equivalent": [], "stage": None}
         (out / "diagnosis.json").write_text(json.dumps(verdict))
 
-    monkeypatch.setattr(blind, "_diagnose", answer)
+    monkeypatch.setattr(answers, "diagnose", answer)
     assert _run("answer", tmp_path / "t") == 1
     said = capsys.readouterr()
-    told = said.out + said.err
-    assert "case-001: no answer (ArithmeticError: no eigenvalues" in told and "2/2 case-002: none" in told
+    printed = said.out + said.err
+    assert "case-001: no answer (ArithmeticError: no eigenvalues" in printed and "2/2 case-002: none" in printed
     failed = tmp_path / "t" / "answers" / "case-001" / "failed.txt"
     assert "no eigenvalues" in failed.read_text()
     with pytest.raises(InputError, match="case-001 has no answer"):
         _run("score", tmp_path / "t")
-    monkeypatch.setattr(blind, "_diagnose", lambda series, out: answer(series.with_name("case-002"), out))
+    monkeypatch.setattr(answers, "diagnose", lambda series, out: answer(series.with_name("case-002"), out))
     assert _run("answer", tmp_path / "t") == 0 and not failed.exists()
 
 
 @pytest.mark.long
 def test_short_trial_with_the_real_diagnosis(tmp_path):
     """Nine sealed cases, large sizes: four without effect, four listed, one unknown. One may go wrong."""
-    pytest.importorskip("ovines.commands.diagnosis.diagnose")
     trial = tmp_path / "trial"
     kinds = "none,table_tilt,speed_dependent_restitution,wall_ellipticity,camera_clock_offset,unknown_central"
     assert _run("make", trial, "--cases", 9, "--seed", 17, "--kinds", kinds, "--sizes", "1", "--seal") == 0
