@@ -7,7 +7,7 @@ from typing import Any
 
 from analysis.blind.scoring.forms import Law, judge_law
 from analysis.blind.scoring.intervals import Figure, proportion
-from analysis.blind.scoring.score import EITHER, group_of
+from analysis.blind.scoring.marks import EITHER, group_of
 
 
 @dataclass(frozen=True)

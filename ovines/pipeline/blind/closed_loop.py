@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from analysis.blind.recording.files import write_run
-from analysis.blind.scoring.score import group_of
+from analysis.blind.scoring.marks import group_of
 from analysis.blind.series import Outline, Wish, further_run
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS
 from ovines.io.atomic_write import write_text_whole

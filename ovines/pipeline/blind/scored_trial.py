@@ -12,6 +12,7 @@ import numpy as np
 from analysis.blind import trial
 from analysis.blind.scoring import report, score
 from analysis.blind.scoring.intervals import Figure
+from analysis.blind.scoring.marks import Row, mark
 from analysis.blind.scoring.oracle import in_flights, oracle_share
 from analysis.blind.scoring.probabilities import probability_figures, reliability
 from analysis.blind.series import Outline, run_outline
@@ -34,7 +35,7 @@ class Marked:
 
     folder: Path
     seed: int | None
-    rows: list[score.Row]
+    rows: list[Row]
     answers: dict[str, dict[str, Any]]
     count: int
 
@@ -52,7 +53,7 @@ def mark_trial(folder: Path, seed: int | None, partial: bool) -> Marked:
     """Each answered case beside its truth; with ``partial``, cases may be without an answer."""
     with well_formed(folder):
         truths = trial.read_truths(folder, seed)
-        rows: list[score.Row] = []
+        rows: list[Row] = []
         answers: dict[str, dict[str, Any]] = {}
         for case, truth in truths.items():
             out = folder / "answers" / case
@@ -66,7 +67,7 @@ def mark_trial(folder: Path, seed: int | None, partial: bool) -> Marked:
                 )
             answers[case] = read_answer(out)
             clock = out / "seconds.json"
-            rows.append(score.mark(truth, answers[case], json.loads(clock.read_text()) if clock.exists() else None))
+            rows.append(mark(truth, answers[case], json.loads(clock.read_text()) if clock.exists() else None))
     if not rows:
         raise InputError(f"no answers in {folder}", "at least one", "run `ovines blind answer` first")
     return Marked(folder, seed, rows, answers, len(truths))
@@ -110,7 +111,7 @@ def write_score(marked: Marked, jobs: int, with_laws: bool) -> str:
         "figures": [asdict(f) for f in figures],
         "reliability": bands,
         "causes": causes,
-        "cases": [asdict(r) for r in rows],
+        "cases": [r.flat() for r in rows],
     }
     result |= {"laws": [asdict(one) for one in laws]} if with_laws else {}
     write_text_whole(json.dumps(result, indent=1), folder / "score.json")
