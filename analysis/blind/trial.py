@@ -63,13 +63,13 @@ def outlines(of: TrialPlan) -> Iterator[Outline]:
         plan.append(Case(causes, (1.0,) * len(causes), "image", FILMED_RUNS))
     for index, case in enumerate(plan):
         rng = np.random.default_rng([seed, index + 1, 0])
-        salt, told = rng.bytes(16).hex(), bool(rng.random() < 0.15)
+        salt, with_parameters = rng.bytes(16).hex(), bool(rng.random() < 0.15)
         place = draw_place(np.random.default_rng([seed, index + 1, 2]), case.runs)
         if case.noise == "image":  # frames carry numbers from 0 and no times
             place = replace(place, start_s=(), first_frame=())
         place = replace(place, wall=case.wall, drive=case.drive)
         name = f"case-{index + 1:03d}"
-        outline = outline_series(case.kind, case.sizes, rng, case.runs, case.noise, name, told, place)
+        outline = outline_series(case.kind, case.sizes, rng, case.runs, case.noise, name, with_parameters, place)
         outline.truth["salt"] = salt
         yield outline
 

@@ -165,8 +165,8 @@ class Wall:
         """Number of the surface (N,) that each row of table ``impacts`` is on; the first where the table does not
         tell."""
         names = {name: number for number, name in enumerate(self.names)}
-        told = impacts["surface"] if "surface" in impacts else pd.Series(self.names[0], impacts.index)
-        return told.map(names).fillna(0).to_numpy(np.int64)
+        surface = impacts["surface"] if "surface" in impacts else pd.Series(self.names[0], impacts.index)
+        return surface.map(names).fillna(0).to_numpy(np.int64)
 
     def edges_m(self) -> list[Array]:
         """The closed curves (N, 2) on which the disk's centre is at contact, in the Host's frame, the outline first."""

@@ -55,11 +55,11 @@ def library(problem: Regression, listed: Listed) -> list[Term]:
         for kin in listed.kin:
             taken = turn.T[kin.at]  # (G, S, P)
             left = kin.information.sum(0) - taken @ taken.mT
-            told = np.diagonal(left, axis1=1, axis2=2).min(1) > 1e-6
-            left[~told] = np.eye(left.shape[1])
+            determined = np.diagonal(left, axis1=1, axis2=2).min(1) > 1e-6
+            left[~determined] = np.eye(left.shape[1])
             own = score[kin.at]
             gain = np.einsum("gs,gs->g", own, (np.linalg.pinv(left, hermitian=True) @ own[..., None])[..., 0])
-            gains[kin.number] = np.where(told, gain - price * left.shape[1], -np.inf)
+            gains[kin.number] = np.where(determined, gain - price * left.shape[1], -np.inf)
         gains[parts] = -np.inf
         best = int(np.argmax(gains))
         if gains[best] <= 0:
@@ -123,14 +123,14 @@ def gaussian_process(problem: Regression, every: Iterable[np.ndarray]) -> Regres
         products, score = rows.T @ rows, rows.T @ problem.residual
         for size in SIZES:
             prior = np.concatenate([problem.prior, np.full(columns.shape[1], 1 / size**2)])
-            # Log evidence of a linear model with Gaussian priors, noise as told, up to a constant.
+            # Log evidence of a linear model with Gaussian priors, noise as stated, up to a constant.
             information = products / problem.excess + np.diag(np.maximum(prior, 1e-12))
             fitted = np.linalg.solve(information, score / problem.excess)
             evidence = float(score @ fitted) / problem.excess - np.linalg.slogdet(information)[1]
             evidence -= 2 * columns.shape[1] * np.log(size)
             if best is None or evidence > best[0]:
-                told = Regression(problem.residual, rows, problem.excess * prior, problem.block, problem.run)
-                best = evidence, told
+                tried = Regression(problem.residual, rows, problem.excess * prior, problem.block, problem.run)
+                best = evidence, tried
     assert best is not None, "no features"
     return best[1]
 

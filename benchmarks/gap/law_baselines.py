@@ -138,10 +138,10 @@ def main():
     print("| cause | squares over noise | oracle takes | " + " | ".join(names) + " | law |", flush=True)
     for number, kind in enumerate(one for one in kinds.split(",") if one not in NOT_ASKED):
         before, taken, words = one_case(kind, options, np.random.default_rng([options.seed, number]))
-        told = {name: taken[name] / taken["oracle"] for name in names}
+        share_of = {name: taken[name] / taken["oracle"] for name in names}
         for name in names:
-            shares[name].append(told[name])
-        cells = " | ".join(f"{told[name]:.2f}" for name in names)
+            shares[name].append(share_of[name])
+        cells = " | ".join(f"{share_of[name]:.2f}" for name in names)
         print(f"| {kind} | {before:.2f} | {taken['oracle']:.3g} | {cells} | {words} |", flush=True)
     middle = " | ".join(f"{np.median(shares[name]):.2f}" for name in names)
     least = " | ".join(f"{np.mean(np.array(shares[name]) >= 0.8):.2f}" for name in names)

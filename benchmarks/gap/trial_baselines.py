@@ -106,10 +106,10 @@ def main():
             cells = " | ".join(f"{shares[name]:.2f}" if name in shares else "" for name in METHODS)
             numbers = f"{share.before:.3g} | {share.oracle:.3g} | {share.size:.2f}"
             print(f"| {i + 1} | {cause} | {share.stage} | {numbers} | {cells} |  {'; '.join(laws)}", flush=True)
-    told = [name for name in METHODS if every[name]]
-    print("median: " + "; ".join(f"{name} {np.median(every[name]):.2f}" for name in told))
+    methods = [name for name in METHODS if every[name]]
+    print("median: " + "; ".join(f"{name} {np.median(every[name]):.2f}" for name in methods))
     print("0.8 or more: " + "; ".join(
-        f"{name} {np.sum(np.array(every[name]) >= 0.8)} of {len(every[name])}" for name in told
+        f"{name} {np.sum(np.array(every[name]) >= 0.8)} of {len(every[name])}" for name in methods
     ))  # fmt: skip
 
 

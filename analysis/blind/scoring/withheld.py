@@ -80,9 +80,9 @@ def withheld_figures(rows: list[Withheld]) -> list[Figure]:
     ]
 
 
-def withheld_markdown(rows: list[Withheld], told: str) -> str:
+def withheld_markdown(rows: list[Withheld], made_by: str) -> str:
     """Figures and cases as Markdown."""
-    out = ["# Causes withheld from the library", "", told, ""]
+    out = ["# Causes withheld from the library", "", made_by, ""]
     out += ["| figure | value | interval | cases | goal |", "|---|---|---|---|---|"]
     for f in withheld_figures(rows):
         value, interval = ("-", "-") if f.value is None else (f"{f.value:.3g}", f"{f.low:.3g} to {f.high:.3g}")
