@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats
 from ovines.core.energies import LOSSES
 from ovines.core.engine import run
@@ -23,8 +24,8 @@ from ovines.core.system.packed import Packed, Samples, System
 Spread = float | tuple[float, float] | np.ndarray  # normal about the scenario's value, uniform, or a sweep
 STATE_PLACES = {
     "nes_x_m": 0, "nes_y_m": 1, "nes_vx_m_per_s": 2, "nes_vy_m_per_s": 3, "nes_angle_rad": 4, "nes_spin_rad_per_s": 5,
-    "host_x_m": P.HOST, "host_y_m": P.HOST + 1, "host_vx_m_per_s": P.HOST + 2, "host_vy_m_per_s": P.HOST + 3,
-    "host_angle_rad": P.HOST + 4, "host_spin_rad_per_s": P.HOST + 5,
+    "host_x_m": P.HOST, "host_y_m": P.HOST + S.Y, "host_vx_m_per_s": P.HOST + S.VX, "host_vy_m_per_s": P.HOST + S.VY,
+    "host_angle_rad": P.HOST + S.ANGLE, "host_spin_rad_per_s": P.HOST + S.SPIN,
 }  # fmt: skip
 NUMBER_PLACES = {
     "restitution": P.RESTITUTION, "wall_friction": P.WALL_FRICTION,

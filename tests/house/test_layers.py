@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # docs/architecture.md shows the same list.
 ROWS = """
 ovines.core.kernel
-ovines.errors ovines.robust ovines.core.compiled ovines.core.refusal ovines.core.limits analysis.gap.thresholds
+ovines.errors ovines.robust ovines.core.state ovines.core.compiled ovines.core.refusal ovines.core.limits analysis.gap.thresholds
 ovines.io ovines.lens_field ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
     vision.smooth_field \
     analysis.compiled analysis.statistics \
