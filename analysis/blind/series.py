@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.blind.causes.cause import Draft
+from analysis.blind.cause import Draft
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
 from analysis.blind.plant.dynamics import START_S, Motion, host_at, run_plant, state_at
 from analysis.blind.plant.host import host_rise
