@@ -14,7 +14,19 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.walls.outlines import DISK_TERMS, ELLIPSE_TERMS, TURN, Cylinder, Ring, Sides, no_offset
-from analysis.walls.surfaces import CYLINDER, RING, ROW, SIDE, surfaces_seen
+from analysis.walls.surfaces import (
+    CYLINDER,
+    DISTANCE,
+    KIND,
+    NORMAL,
+    OVAL_COS,
+    OVAL_SIN,
+    RADIUS,
+    RING,
+    ROW,
+    SIDE,
+    surfaces_seen,
+)
 
 Array = NDArray[np.float64]
 
@@ -153,9 +165,9 @@ class Wall:
         """
         rows = self.surfaces[which]
         twice = 2 * azimuth_rad
-        turn = 2 * (rows[:, 4] * np.sin(twice) - rows[:, 5] * np.cos(twice))
-        found = np.where(rows[:, 0] == SIDE, rows[:, 1] + host_angle_rad, azimuth_rad + turn)
-        return np.asarray(np.where(rows[:, 0] == CYLINDER, azimuth_rad + np.pi, found), float)
+        turn = 2 * (rows[:, OVAL_COS] * np.sin(twice) - rows[:, OVAL_SIN] * np.cos(twice))
+        found = np.where(rows[:, KIND] == SIDE, rows[:, NORMAL] + host_angle_rad, azimuth_rad + turn)
+        return np.asarray(np.where(rows[:, KIND] == CYLINDER, azimuth_rad + np.pi, found), float)
 
     def on_cylinder(self, which: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether surfaces ``which`` (N,) are the cylinder in the middle."""
@@ -184,7 +196,9 @@ class Wall:
         cylinder); of a ring, as if about the Host's centre."""
         rows = self.surfaces[which]
         return np.asarray(
-            np.where(rows[:, 0] == SIDE, rows[:, 2], rows[:, 1] * np.where(rows[:, 0] == CYLINDER, -1, 1))
+            np.where(
+                rows[:, KIND] == SIDE, rows[:, DISTANCE], rows[:, RADIUS] * np.where(rows[:, KIND] == CYLINDER, -1, 1)
+            )
         )
 
     @staticmethod
