@@ -64,6 +64,22 @@ def test_a_case_that_ends_in_an_error_costs_only_itself(tmp_path, monkeypatch, c
     assert _run("answer", tmp_path / "t") == 0 and not failed.exists()
 
 
+def test_another_seed_is_no_oracle_and_laws_need_one(tmp_path):
+    """Its outlines are other cases: what the plant did again would be held against answers to these."""
+    folder = tmp_path / "t"
+    _run("make", folder, "--cases", 1, "--seed", 3, "--runs", 1, "--kinds", "none")
+    (folder / "answers" / "case-001").mkdir(parents=True)
+    verdict = {"verdict": "none", "effects": [], "equivalent": [], "stage": None}
+    (folder / "answers" / "case-001" / "diagnosis.json").write_text(json.dumps(verdict))
+    with pytest.raises(InputError, match="another hash"):
+        _run("score", folder, "--seed", 4)
+    with pytest.raises(InputError, match="--laws without the seed"):
+        _run("score", folder, "--laws")
+    assert _run("score", folder, "--seed", 3, "--laws") == 0
+    assert json.loads((folder / "score.json").read_text())["laws"] == []
+    assert "## Laws against the plant's own" in (folder / "score.md").read_text()
+
+
 @pytest.mark.long
 def test_short_trial_with_the_real_diagnosis(tmp_path):
     """Nine sealed cases, large sizes: four without effect, four listed, one unknown. One may go wrong."""
