@@ -135,7 +135,7 @@ def identify_runs(
     ]
     runs = [run if np.isfinite(run.host_table[:, 0]).any() else replace(run, flights=()) for run in runs]
     stated = stated_terms(model, frame, [run.data.start_s for run in runs])
-    # Friction that changes from run to run is told about the middle one.
+    # Friction that changes from run to run is stated about the middle one.
     shares = 1 + stated.get(DRIFT_OF_RUN, 0.0) * (np.arange(len(runs)) - 0.5 * (len(runs) - 1))
     middles_s = np.array([-run.data.start_s for run in runs])
     runs = holding_laws(runs, laws, frame)

@@ -127,7 +127,7 @@ def signature(kernel: Any, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
 def compiling(stages: Sequence[str], say: Callable[[str, float], None]) -> Iterator[None]:
     """Compile what these stages call with a second process, from the moment where something is not on the disk.
 
-    ``say`` is told what to show while this process cannot go on for it, then "" and how long that took in seconds.
+    ``say`` gets what to show while this process cannot go on for it, then "" and how long that took in seconds.
     """
     guard = _FirstRun(stages, say)
     before, Kernel.guard = Kernel.guard, guard

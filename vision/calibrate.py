@@ -47,7 +47,7 @@ SWAPPED, SWAPPED_NOISE = 4.0, 8.0
 class Calibration:
     """The cameras and how well they are known.
 
-    ``tables``: by name, what its worth is told from (lenses tried, corners, boards, maps of image and plane).
+    ``tables``: by name, what its worth is judged from (lenses tried, corners, boards, maps of image and plane).
 
     ``views``, ``parameters``: tables ``calibration_views``, ``calibration_parameters``; ``rms_px`` everywhere is
     OpenCV's, over points, not coordinates.  ``advice``: what to do better, one sentence each.  ``covariance`` (p, p)

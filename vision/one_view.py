@@ -46,7 +46,7 @@ class VerticalMotion:
     """How far a body leaves the plane, by its size in the picture.
 
     ``z_m``: RMS of its height about the mean, 0 where it is not above its noise; ``least_m``: the smallest that would
-    have been told; ``in_plane_m``: how far it moves x and y, RMS.
+    have been noticed; ``in_plane_m``: how far it moves x and y, RMS.
     """
 
     body: str
@@ -235,7 +235,7 @@ def one_view_notes(
     camera = next(one for one in cameras if one.name == recording.cameras[0].name)
     notes = [
         "one camera: x, y and angle come from the markers' heights in layout_m; height (z), a tilted plane, a late "
-        "clock and a wrong window_offset_px cannot be told from one view"
+        "clock and a wrong window_offset_px cannot be seen from one view"
     ]
     without = sorted(set(tracks["marker"]) - set(heights))
     if without:

@@ -60,7 +60,7 @@ def bits_per_channel(path: Path) -> int:
 
 
 def keep_deep_grey(capture: cv2.VideoCapture) -> bool:
-    """Let OpenCV's reader give grey of 16 bit as it is; of other deep formats it gives 8 bit whatever it is told."""
+    """Let OpenCV's reader give grey of 16 bit as it is; of other deep formats it gives 8 bit whatever is asked."""
     return _pixel_format(capture) == _GREY_16 and bool(capture.set(cv2.CAP_PROP_CONVERT_RGB, 0))
 
 

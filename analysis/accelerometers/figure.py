@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from analysis.figures.style import BLACK, BLUE, RED, label, legend, new_figure, thinned
 
-SHOWN_FRAMES = 250  # over which single periods can be told apart
+SHOWN_FRAMES = 250  # over which single periods can be distinguished
 
 
 def accelerations_figure(table: pd.DataFrame) -> Figure:

@@ -24,7 +24,7 @@ STEPS = 8  # of Gauss and Newton; three or four do
 SETTLED = 1e-6  # of a period: the last step of all
 BLOCKS = 20  # of the run, for standard deviations
 LEAST_OVERLAP = 0.5  # of the shorter of run and record
-MOST_OFF = 2e-3  # clocks of cameras and cards differ by 1e-4 at most; a wrong rate is told by `ovines check`
+MOST_OFF = 2e-3  # clocks of cameras and cards differ by 1e-4 at most; a wrong rate is reported by `ovines check`
 MOST_TRIED, NEAREST = 24, 6  # offsets: those that correlate best, and those nearest to what is stated
 # Another offset is ruled out where it leaves more by so many sd of the frames' noise, and by this share: the record's
 # own noise, integrated, differs from offset to offset, too.
@@ -179,7 +179,7 @@ def _alike(
         power = fftconvolve(x**2, np.ones(len(s))) * fftconvolve(np.ones(len(x)), s[::-1] ** 2)
         alike = both / np.sqrt(np.maximum(power, 1e-12 * power.max()))
         score += np.mean(x**2) * alike * np.abs(alike)  # against each other counts against
-    score = np.abs(score)  # what fits turned round is told, too
+    score = np.abs(score)  # what fits turned round is reported, too
     score[ones < LEAST_OVERLAP * min(len(grid), len(own))] = 0.0
     peaks = 1 + np.flatnonzero((score[1:-1] >= score[:-2]) & (score[1:-1] > score[2:]) & (score[1:-1] > 0))
     # sample i of the record lies at sample i + peak - (len(own) - 1) of the grid

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.blind.causes.cause import Draft
+from analysis.blind.cause import Draft
 from analysis.blind.causes.named import CAUSES, draft_series, physics_of_run, view_of
 from analysis.blind.plant.dynamics import START_S, Motion, host_at, run_plant, state_at
 from analysis.blind.plant.host import host_rise
@@ -259,14 +259,14 @@ def _one_run(
     return tracks, place.states(states), poses, motion
 
 
-def _model_table(draft: Draft, told: bool, rng: np.random.Generator) -> dict[str, Any]:
-    """`[model]`: what the nominal simulator contains; with `told` also its parameters,
+def _model_table(draft: Draft, with_parameters: bool, rng: np.random.Generator) -> dict[str, Any]:
+    """`[model]`: what the nominal simulator contains; `with_parameters` also its parameters,
     each off by about 3 %."""
     table: dict[str, Any] = {"effects": list(draft.model_effects)}
     names = ["restitution", "wall_friction", "tangential_restitution"]
     if draft.model_effects:
         names.append("floor_friction")
-    if told:
+    if with_parameters:
         table |= {name: round(float(draft.plant[name] * (1 + rng.normal(0.0, 0.03))), 4) for name in names}
     return table
 
@@ -298,7 +298,7 @@ def outline_series(
         "verdict": "none" if not causes else "effect" if len(listed) == len(causes) else "unknown",
         "effects": listed,
         "stages": [CAUSES[c].stage for c in causes],
-        "parameters": {cause: place.told(cause, sizes) for cause, sizes in draft.parameters.items()},
+        "parameters": {cause: place.world_parameters(cause, sizes) for cause, sizes in draft.parameters.items()},
         "plant": {key: float(place.in_units(key, value)) for key, value in draft.plant.items()},
         "measurement": {key: place.in_units(key, value) for key, value in draft.view.items()},
         "vertical_amplitude_m": place.in_units("_m", draft.vertical_amplitude_m),

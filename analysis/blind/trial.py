@@ -63,13 +63,13 @@ def outlines(of: TrialPlan) -> Iterator[Outline]:
         plan.append(Case(causes, (1.0,) * len(causes), "image", FILMED_RUNS))
     for index, case in enumerate(plan):
         rng = np.random.default_rng([seed, index + 1, 0])
-        salt, told = rng.bytes(16).hex(), bool(rng.random() < 0.15)
+        salt, with_parameters = rng.bytes(16).hex(), bool(rng.random() < 0.15)
         place = draw_place(np.random.default_rng([seed, index + 1, 2]), case.runs)
         if case.noise == "image":  # frames carry numbers from 0 and no times
             place = replace(place, start_s=(), first_frame=())
         place = replace(place, wall=case.wall, drive=case.drive)
         name = f"case-{index + 1:03d}"
-        outline = outline_series(case.kind, case.sizes, rng, case.runs, case.noise, name, told, place)
+        outline = outline_series(case.kind, case.sizes, rng, case.runs, case.noise, name, with_parameters, place)
         outline.truth["salt"] = salt
         yield outline
 
@@ -164,6 +164,15 @@ def plan_of(manifest: dict[str, Any], seed: int) -> TrialPlan:
     return TrialPlan(len(manifest["cases"]) - filmed, seed, kinds, manifest["runs"], filmed, sizes)
 
 
+def outlines_again(folder: Path, seed: int) -> list[Outline]:
+    """What a trial consists of, made again from its manifest and its seed; `InputError` where that gives other truths
+    than the trial was made with."""
+    manifest = read_manifest(folder)
+    drawn = list(outlines(plan_of(manifest, seed)))
+    _refuse_others({outline.truth["case"]: outline.truth for outline in drawn}, manifest)
+    return drawn
+
+
 def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict[str, Any]]:
     """Truths by case, each checked against the hash that was written first. A sealed trial needs its
     `seed`."""
@@ -177,6 +186,11 @@ def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict[str, An
         truths = {
             c["case"]: json.loads((folder / "sealed" / f"{c['case']}.json").read_text()) for c in manifest["cases"]
         }
+    _refuse_others(truths, manifest)
+    return truths
+
+
+def _refuse_others(truths: dict[str, dict[str, Any]], manifest: dict[str, Any]) -> None:
     for case in manifest["cases"]:
         if truth_hash(truths[case["case"]]) != case["truth_sha256"]:
             raise InputError(
@@ -184,4 +198,3 @@ def read_truths(folder: Path, seed: int | None = None) -> dict[str, dict[str, An
                 case["truth_sha256"],
                 "use the seed or the truths the trial was made with",
             )
-    return truths

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled
 from analysis.flights.cutting.flight_rig import FlightRig
+from analysis.flights.equation.model import ANGLE, SPIN, VX, VY, X, Y
 from analysis.motion.host_table import host_at
 from analysis.walls.surfaces import nearest_surface, surface_seen
 
@@ -118,15 +119,15 @@ def wall_frequency(restitution: float, delay_s: float) -> float:
 def contact_view(y: Array, t: float, rig: BounceRig, shift_m: float) -> ContactView:
     """The contact point of a disk in state ``y`` (6,) at t; the wall stands out by ``shift_m`` here."""
     host = host_at(t, rig.flight.host)
-    cd, sd = np.cos(y[2]), np.sin(y[2])
-    cx = y[0] + cd * rig.disk_x_m - sd * rig.disk_y_m
-    cy = y[1] + sd * rig.disk_x_m + cd * rig.disk_y_m
+    cd, sd = np.cos(y[ANGLE]), np.sin(y[ANGLE])
+    cx = y[X] + cd * rig.disk_x_m - sd * rig.disk_y_m
+    cy = y[Y] + sd * rig.disk_x_m + cd * rig.disk_y_m
     which = nearest_surface(rig.surfaces, cx - host.x, cy - host.y, host.angle, rig.flight.radius_m)
     seen = surface_seen(rig.surfaces[which], cx - host.x, cy - host.y, host.angle, rig.flight.radius_m)
     ex, ey = np.cos(seen.normal), np.sin(seen.normal)
     px, py = cx + rig.flight.radius_m * ex, cy + rig.flight.radius_m * ey
-    vx = y[3] - y[5] * (py - y[1]) - host.vx + host.spin * (py - host.y)
-    vy = y[4] + y[5] * (px - y[0]) - host.vy - host.spin * (px - host.x)
+    vx = y[VX] - y[SPIN] * (py - y[Y]) - host.vx + host.spin * (py - host.y)
+    vy = y[VY] + y[SPIN] * (px - y[X]) - host.vy - host.spin * (px - host.x)
     return ContactView(seen.gap - shift_m, vx * ex + vy * ey, -vx * ey + vy * ex, seen.azimuth, seen.normal, which)
 
 
@@ -134,9 +135,9 @@ def contact_view(y: Array, t: float, rig: BounceRig, shift_m: float) -> ContactV
 def _kick(y: Array, view: ContactView, rig: BounceRig, normal_impulse: float, tangential: float) -> None:
     """``y`` after an impulse per mass against the wall's normal and ``tangential`` along the wall."""
     ex, ey = np.cos(view.normal), np.sin(view.normal)
-    y[3] += -normal_impulse * ex - tangential * ey
-    y[4] += -normal_impulse * ey + tangential * ex
-    y[5] += tangential / (rig.flight.inertia_factor * rig.flight.radius_m)
+    y[VX] += -normal_impulse * ex - tangential * ey
+    y[VY] += -normal_impulse * ey + tangential * ex
+    y[SPIN] += tangential / (rig.flight.inertia_factor * rig.flight.radius_m)
 
 
 @compiled
@@ -159,7 +160,7 @@ def touch(y: Array, view: ContactView, rig: BounceRig, deviation: float, record:
     record[TIME], record[AZIMUTH], record[SURFACE] = t, view.azimuth, view.surface
     record[NORMAL_BEFORE], record[NORMAL_AFTER] = view.normal_speed, 0.0
     record[TANGENTIAL_BEFORE], record[TANGENTIAL_AFTER] = view.tangential_speed, view.tangential_speed
-    record[SPIN_BEFORE], record[SPIN_AFTER] = y[5], y[5]
+    record[SPIN_BEFORE], record[SPIN_AFTER] = y[SPIN], y[SPIN]
     return LastingContact(
         2 * damping_ratio(restitution_at(view.normal_speed, rig, deviation)) * rig.wall_frequency_per_s,
         -(1 + rig.tangential_restitution) * view.tangential_speed / (1 + 1 / rig.flight.inertia_factor),
@@ -197,10 +198,10 @@ def stay(y: Array, view: ContactView, later: ContactView, rig: BounceRig, h: flo
     turned = 0.5 * np.sin(later.normal - view.normal) * later.normal_speed
     rubbed = push(y, later, rig, max(later.normal_speed, 0.0), 0.0)
     normal = min(later.normal_speed, 0.0)
-    y[0] += -later.gap * ex - 0.5 * h * rubbed * ey
-    y[1] += -later.gap * ey + 0.5 * h * rubbed * ex
-    y[3] += -normal * ex - turned * ey
-    y[4] += -normal * ey + turned * ex
+    y[X] += -later.gap * ex - 0.5 * h * rubbed * ey
+    y[Y] += -later.gap * ey + 0.5 * h * rubbed * ex
+    y[VX] += -normal * ex - turned * ey
+    y[VY] += -normal * ey + turned * ex
 
 
 @compiled
@@ -217,6 +218,6 @@ def strike(y: Array, view: ContactView, rig: BounceRig, deviation: float, record
     restitution = restitution_at(view.normal_speed, rig, deviation)
     record[TIME], record[AZIMUTH], record[SURFACE] = t, view.azimuth, view.surface
     record[NORMAL_BEFORE], record[NORMAL_AFTER] = view.normal_speed, restitution * view.normal_speed
-    record[TANGENTIAL_BEFORE], record[SPIN_BEFORE] = view.tangential_speed, y[5]
+    record[TANGENTIAL_BEFORE], record[SPIN_BEFORE] = view.tangential_speed, y[SPIN]
     tangential = push(y, view, rig, (1 + restitution) * view.normal_speed, rig.tangential_restitution)
-    record[TANGENTIAL_AFTER], record[SPIN_AFTER] = view.tangential_speed + share * tangential, y[5]
+    record[TANGENTIAL_AFTER], record[SPIN_AFTER] = view.tangential_speed + share * tangential, y[SPIN]

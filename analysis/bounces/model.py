@@ -28,9 +28,13 @@ from analysis.bounces.contact import (
 )
 from analysis.compiled import compiled, making_arrays
 from analysis.flights.equation.model import (
+    ANGLE,
     LONGEST_STEP_S,
+    SPIN,
     STATES,
     Workspace,
+    X,
+    Y,
     advance,
     strongest_acceleration,
     workspace,
@@ -239,7 +243,7 @@ def simulate_bounces(
                     pressed, settled = False, np.inf
                     record = path.records[impacts - 1]
                     record[NORMAL_AFTER], record[TANGENTIAL_AFTER] = -view.normal_speed, view.tangential_speed
-                    record[SPIN_AFTER] = y[5]
+                    record[SPIN_AFTER] = y[SPIN]
                     view = _left_wall(y, t, rig, shift_m)
                     longest = _longest_step(y, t, view, rig, shift_m, work)
                 elif settled == np.inf and t - contact.since > CAUGHT_HALF_PERIODS * np.pi / frequency:
@@ -296,11 +300,11 @@ def _with_law(rig: BounceRig, theta: Array) -> BounceRig:
 def _residual(states: Array, first: int, frames: BounceFrames, r: Array) -> None:
     """Rows ``first`` and on of the standardised residuals ``r`` (N, 3) against ``states``."""
     for i in range(len(states)):
-        c, s = np.cos(states[i, 2]), np.sin(states[i, 2])
+        c, s = np.cos(states[i, ANGLE]), np.sin(states[i, ANGLE])
         o = first + i
-        r[o, 0] = (frames.observed[o, 0] - states[i, 0] - c * frames.origin[0] + s * frames.origin[1]) / frames.sd[o, 0]
-        r[o, 1] = (frames.observed[o, 1] - states[i, 1] - s * frames.origin[0] - c * frames.origin[1]) / frames.sd[o, 0]
-        r[o, 2] = (frames.observed[o, 2] - states[i, 2]) / frames.sd[o, 1]
+        r[o, 0] = (frames.observed[o, 0] - states[i, X] - c * frames.origin[0] + s * frames.origin[1]) / frames.sd[o, 0]
+        r[o, 1] = (frames.observed[o, 1] - states[i, Y] - s * frames.origin[0] - c * frames.origin[1]) / frames.sd[o, 0]
+        r[o, 2] = (frames.observed[o, 2] - states[i, ANGLE]) / frames.sd[o, 1]
 
 
 @making_arrays

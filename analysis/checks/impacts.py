@@ -90,21 +90,21 @@ def _law(rig: RigFit) -> Row:
 def _friction(rig: RigFit) -> Row:
     """The wall friction of the law against that of the impacts that have surely slid."""
     name = "wall friction against that of the impacts that slid"
-    told = None if rig.law is None or rig.contacts_last else friction_of_blows(rig.data, rig.law)
-    if told is None or rig.law is None:
+    observed = None if rig.law is None or rig.contacts_last else friction_of_blows(rig.data, rig.law)
+    if observed is None or rig.law is None:
         return row(name, np.nan, USUAL_FRICTION_SCATTER, None, "Too few impacts slid to tell.")
-    off = rig.law.wall_friction / told.usual - 1
+    off = rig.law.wall_friction / observed.usual - 1
     found = (
-        f"{told.slid} impacts slid with a friction of {figure(told.usual)}, which scatters by "
-        f"{figure(100 * told.scatter)} %; the law has {figure(rig.law.wall_friction)}."
+        f"{observed.slid} impacts slid with a friction of {figure(observed.usual)}, which scatters by "
+        f"{figure(100 * observed.scatter)} %; the law has {figure(rig.law.wall_friction)}."
     )
-    if told.holds_by_more:
-        found += f" {told.beyond} that stuck took up to {figure(told.held)} times as much."
+    if observed.holds_by_more:
+        found += f" {observed.beyond} that stuck took up to {figure(observed.held)} times as much."
     return row(
         name,
         off,
         USUAL_FRICTION_SCATTER,
-        bool(abs(off) <= USUAL_FRICTION_SCATTER and not told.is_each_blows and not told.holds_by_more),
+        bool(abs(off) <= USUAL_FRICTION_SCATTER and not observed.is_each_blows and not observed.holds_by_more),
         found,
         "wall_friction",
         f"Look for dirt, and for a wall that holds by more than it slips with. {DIAGNOSE}.",

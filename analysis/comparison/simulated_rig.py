@@ -64,7 +64,7 @@ def nominal_scenario(
     if floor and "friction_drift" in sizes:
         # Identified about the middle of a run, and simulated from its start on.
         floor /= 1 + sizes["friction_drift"].get("relative_per_s", 0.0) * 0.5 * duration_s
-    # Told from the clock's zero: a flight that begins at a time of its own counts from there.
+    # Given from the clock's zero: a flight that begins at a time of its own counts from there.
     start_s = host_motion.zero_s - 0.5 * duration_s
     laws = tuple(one.later(-start_s, -host_motion.omega_rad_per_s * start_s) for one in held_laws([recording]))
     friction = (
@@ -100,12 +100,12 @@ def _sizes(
     sizes = {name: dict(one) for name, one in stated_sizes(recording.model).items()}
     if identification is None:
         return sizes
-    for name, told in reported_effects(identification, effects).items():
-        sizes[name] = sizes.get(name, {}) | EFFECTS[name].nearest({p: value for p, (value, _) in told.items()})
+    for name, reported in reported_effects(identification, effects).items():
+        sizes[name] = sizes.get(name, {}) | EFFECTS[name].nearest({p: value for p, (value, _) in reported.items()})
     drift = identification.loc[identification["parameter"] == "friction_drift_per_s", "value"]
     if "friction_drift" in effects and len(drift) and np.isfinite(drift.iloc[0]):
-        told = drift_from_the_start((float(drift.iloc[0]), 0.0), (0.0, 0.0), [-0.5 * duration_s])
-        sizes["friction_drift"] = {"relative_per_s": told["relative_per_s"][0]}
+        from_start = drift_from_the_start((float(drift.iloc[0]), 0.0), (0.0, 0.0), [-0.5 * duration_s])
+        sizes["friction_drift"] = {"relative_per_s": from_start["relative_per_s"][0]}
     return sizes
 
 
@@ -191,7 +191,7 @@ def lines_from(host_motion: HostMotion, start_s: float) -> tuple[Harmonic, ...]:
 def met(
     impacts: pd.DataFrame, identification: pd.DataFrame | None, scenario: Scenario
 ) -> tuple[pd.DataFrame, tuple[float, float]]:
-    """``impacts`` at the times at which the paths of their flights meet, where their speeds were told, and how long
+    """``impacts`` at the times at which the paths of their flights meet, where their speeds were measured, and how long
     before and after these the disk is in the wall (s): none, and the times of the table, of contacts of an instant.
 
     Table ``impacts`` has the times of the first touch, and ``identification`` how long contacts last."""
@@ -211,8 +211,8 @@ def states_after(impacts: pd.DataFrame, host_motion: HostMotion, nes_radius_m: f
     omega_H x (contact from the Host's centre).  NaN where a speed is missing.
     """
     time_s, azimuth = impacts["time_s"].to_numpy(float), impacts["azimuth_rad"].to_numpy(float)
-    told = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else np.full(len(impacts), np.nan)
-    direction = np.where(np.isfinite(told), told, azimuth)
+    given = impacts["normal_rad"].to_numpy(float) if "normal_rad" in impacts else np.full(len(impacts), np.nan)
+    direction = np.where(np.isfinite(given), given, azimuth)
     host, normal = host_motion.at(time_s, 1), np.column_stack([np.cos(direction), np.sin(direction)])
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     # The contact from the Host's centre: along the normal and, beside the foot of a flat side, across it.

@@ -32,20 +32,20 @@ def reported_effects(table: pd.DataFrame, names: Sequence[str]) -> dict[str, Siz
             size, direction = (one.name for one in effect.parameters)
             sizes = _vector(rows, (size, direction), effect.rows)
         else:
-            told = {p: (*rows.get(p.row, (np.nan, np.nan)), p.times) for p in effect.parameters if p.row}
-            sizes = {p.name: (times * value, sd) for p, (value, sd, times) in told.items() if np.isfinite(value)}
+            estimates = {p: (*rows.get(p.row, (np.nan, np.nan)), p.times) for p in effect.parameters if p.row}
+            sizes = {p.name: (times * value, sd) for p, (value, sd, times) in estimates.items() if np.isfinite(value)}
         if sizes:
             found[name] = sizes
     return found
 
 
-def _vector(rows: dict[str, tuple[float, float]], names: tuple[str, str], told: VectorRows) -> Sized:
-    if not set(told.rows) <= set(rows):
+def _vector(rows: dict[str, tuple[float, float]], names: tuple[str, str], vector: VectorRows) -> Sized:
+    if not set(vector.rows) <= set(rows):
         return {}
-    (x, x_sd), (y, y_sd) = (rows[name] for name in told.rows)
+    (x, x_sd), (y, y_sd) = (rows[name] for name in vector.rows)
     length = max(float(np.hypot(x, y)), NO_DIRECTION)
     sd, turned = float(np.hypot(x * x_sd, y * y_sd)) / length, float(np.hypot(y * x_sd, x * y_sd)) / length
     return {
-        names[0]: (length / told.unit, sd / told.unit),
-        names[1]: (float(np.arctan2(y, x)) / told.turns, turned / length / told.turns),
+        names[0]: (length / vector.unit, sd / vector.unit),
+        names[1]: (float(np.arctan2(y, x)) / vector.turns, turned / length / vector.turns),
     }

@@ -1,7 +1,7 @@
 """The disk's moment of inertia from its impacts: tangential impulses against the spins that they make.
 
 An impulse j at the rim turns the disk by ``j / (q m R)`` whatever the contact's law, stick or slide, so that an error
-of q is told apart from any tangential restitution wherever the disk's angle is seen; without it the two are one.  A
+of q is distinguished from any tangential restitution wherever the disk's angle is seen; without it the two are one.  A
 disk's radius (or unit of length) that is off by as much looks alike: whether spins and impulses balance is asked first.
 """
 

@@ -26,7 +26,7 @@ _AT = {name: i for i, name in enumerate(QUANTITIES)}
 SPEED_FLOOR_M_PER_S = 2e-4
 FEWEST_FOR_SPEED_FLOOR = 10
 # Outliers, impacts that are none of the law's: how many, how far off in restitution or impulse ratio, and of how many
-# it can be told.
+# it can be estimated.
 OUTLIER_SHARE, OUTLIER_SPREAD, FEWEST_FOR_OUTLIERS = 0.01, 0.25, 5
 # A scatter below this is none: 1e-5 of 3 m/s is a tenth of the best sd of a speed.
 LEAST_SCATTER = 1e-5

@@ -49,10 +49,10 @@ class Conditions(NamedTuple):
 
 
 def conditions(data: LawData) -> Conditions:
-    """Those of measured impacts whose times count from the starts of their runs; times that nobody has told count as
+    """Those of measured impacts whose times count from the starts of their runs; times that are not known count as
     none."""
-    told = data.time_s if np.isfinite(data.time_s).all() else np.zeros(len(data))
-    return Conditions(data.before, data.azimuth_rad, told, data.run.astype(float))
+    since_start_s = data.time_s if np.isfinite(data.time_s).all() else np.zeros(len(data))
+    return Conditions(data.before, data.azimuth_rad, since_start_s, data.run.astype(float))
 
 
 def restitution_columns(at: Conditions, names: Sequence[str], scale: float) -> Array:
@@ -216,8 +216,8 @@ def _fit(data: LawData, free: Sequence[str], scale: float, held: Sizes, beside: 
         found, covariance, scatter, _ = fit_restitution(plain, np.column_stack([*columns, *more]))
         k = design.shape[1]
         coefficients, drift = found[:k], drift + (found[k : k + DRIFTS] if drifts else 0.0)
-    told = k + DRIFTS * drifts
-    return _Fitted(coefficients, covariance[:told, :told], drift, scatter)
+    count = k + DRIFTS * drifts
+    return _Fitted(coefficients, covariance[:count, :count], drift, scatter)
 
 
 def fit_effects(data: LawData, names: Sequence[str], held: Sizes, beside: Array | None = None) -> EffectsFit:
@@ -251,10 +251,10 @@ def fit_effects(data: LawData, names: Sequence[str], held: Sizes, beside: Array 
         first = 1 + (SPEED in free)
         sizes[DIRECTION] = _turning(c[first : first + 2], covariance[first : first + 2, first : first + 2])
     if DRIFT in free:
-        told = (("relative_per_s", at.since_start_s), ("relative_per_run", at.run))
+        ways = (("relative_per_s", at.since_start_s), ("relative_per_run", at.run))
         sizes[DRIFT] = {
             name: (float(fitted.drift[i]), float(np.sqrt(covariance[k + i, k + i])))
-            for i, (name, along) in enumerate(told)
+            for i, (name, along) in enumerate(ways)
             if np.ptp(along)
         }
     return EffectsFit(float(slow @ c), sd, fitted.scatter, sizes, free, c, fitted.drift, scale, held)

@@ -33,7 +33,7 @@ CUT_SD = 5.0
 CUT_DISTANCE_SD = 4.0
 # What a linear spring with a dashpot leaves of a contact's duration (share of it).
 CONTACT_MODEL_SHARE = 0.03
-# A contact's restitution is at least this where its duration is told from how far paths meet past the wall.
+# A contact's restitution is at least this where its duration is estimated from how far paths meet past the wall.
 LEAST_RESTITUTION = 0.05
 # Two flights that miss each other by more than this (chi-square of two degrees: by chance never; 36 at most in series
 # whose flights hold all that acts) and are farther off the wall than this share of its size and so many robust sds do

@@ -3,7 +3,7 @@
 An unknown force is taken to be as strong in one place as in another.  One that grows towards the wall is strongest in
 the last frames before an impact and the first ones after, where flights know it least, and it acts alike at all
 impacts: its error does not average out.  So its size is fitted (linearised, for several widths, beside what all flights
-share), and what it did to the speeds beyond what the frames around an impact told is a common error of theirs.  Its
+share), and what it did to the speeds beyond what the frames around an impact showed is a common error of theirs.  Its
 true form is not known: it corrects nothing, it widens.
 """
 
@@ -121,5 +121,5 @@ def _untold(fit: FlightFits, k: int, wall: Wall, width_m: Array, at_s: float) ->
     place, angle = fit.noise.whitening(index, times, run.xy_sd_m[index], run.angle_sd_rad[index])
     now = fit.flown(k, np.array([at_s]))[1]
     path = ForcePath(fit.noise, times, (place, angle), displaced, rows)
-    told = path.states_at(np.array([at_s]), np.zeros((1, STATES)), now)
-    return np.asarray(speed[:, 0] - told[0, 3:5], float)
+    known = path.states_at(np.array([at_s]), np.zeros((1, STATES)), now)
+    return np.asarray(speed[:, 0] - known[0, 3:5], float)

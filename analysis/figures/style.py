@@ -44,6 +44,7 @@ WIDTH_IN = 7.6
 FONT_PT = 9.0
 MM = 1e3
 DEG = 180.0 / np.pi  # pages show angles in degrees, small tilts in mrad
+MOST_DEGREES = 1000.0  # of an axis; more digits would stand in the axis' label
 
 
 def new_figure(
@@ -101,6 +102,14 @@ def place_labels(ax: Axes, grown: float = 1.0) -> None:
         ax.xaxis.set_label_coords(0.5, 0.0, ax.transAxes + ScaledTranslation(0, -0.27 * grown, inches))
     if ax.get_ylabel():
         ax.yaxis.set_label_coords(0.0, 0.5, ax.transAxes + ScaledTranslation(-0.42 * grown, 0, inches))
+
+
+def angle_scale(angle_rad: ArrayLike) -> tuple[str, float]:
+    """Unit of an axis of angles and its number per radian: degrees, or turns of a body that has made several."""
+    angle = np.abs(np.asarray(angle_rad, float))
+    if DEG * np.max(angle[np.isfinite(angle)], initial=0.0) < MOST_DEGREES:
+        return "°", DEG
+    return "turns", float(0.5 / np.pi)
 
 
 def logarithmic(ax: Axes, which: Literal["x", "y"]) -> None:

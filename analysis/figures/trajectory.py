@@ -21,6 +21,7 @@ from analysis.figures.style import (
     MM,
     NES_COLOUR,
     ORANGE,
+    angle_scale,
     label,
     legend,
     new_figure,
@@ -147,14 +148,15 @@ def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -
     rows = 3 if rotation is not None else 2
     figure, axes = new_figure(rows, 1, height_in=1.65 * rows + 0.5, sharex=True)
     time_s, angle = motion["time_s"].to_numpy(float), column(motion, "nes_angle_rad")
-    t, value = thinned(time_s, DEG * angle)
+    unit, per_rad = angle_scale(angle)
+    t, value = thinned(time_s, per_rad * angle)
     axes[0, 0].plot(t, value, color=NES_COLOUR, lw=1.2, label="rigid fit")
     spin = velocity(motion, "nes_angle_rad", "nes_spin_rad_per_s")
     t, value = thinned(time_s, spin)
     axes[1, 0].plot(t, value, color=NES_COLOUR, lw=1.0, label="rigid fit", zorder=3)
     if rotation is not None:
         clock, triplet = rotation["time_s"].to_numpy(float), column(rotation, "nes_angle_triplet_rad")
-        t, value = thinned(clock, DEG * triplet)
+        t, value = thinned(clock, per_rad * triplet)
         axes[0, 0].plot(t, value, color=ORANGE, lw=1.0, ls="--", label="marker triplets")
         t, value = thinned(clock, np.gradient(triplet, clock) if len(clock) > 2 else triplet)
         axes[1, 0].plot(t, value, color=ORANGE, lw=0.8, label="triplets, differentiated")
@@ -168,7 +170,7 @@ def angle_and_spin(motion: pd.DataFrame, rotation: pd.DataFrame | None = None) -
         if limits:
             axes[2, 0].set_ylim(*limits)
         legend(axes[2, 0])
-    label(axes[0, 0], y="angle (°)")
+    label(axes[0, 0], y=f"angle ({unit})")
     label(axes[1, 0], x="time (s)" if rows == 2 else "", y="spin (rad/s)")
     limits = robust_limits(spin, share=0.002)
     if limits:

@@ -17,7 +17,7 @@ from analysis.flights.cutting.pieces import seen_frames
 from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD
 from analysis.flights.equation import parameters as P
 from analysis.flights.equation.law_slopes import law_work
-from analysis.flights.equation.model import ANGLE, STATES, accelerated, known_of, workspace
+from analysis.flights.equation.model import ANGLE, STATES, VX, VY, accelerated, known_of, workspace
 from analysis.flights.equation.parameters import INDEX, PARAMETERS
 from analysis.flights.equation.slopes import acceleration_slopes
 from analysis.flights.fit import FlightFits, with_contacts_before, with_impact_before
@@ -109,7 +109,7 @@ def _add(times: Array, states: Array, p: Array, rig: FlightRig, total: Array) ->
     for i in range(len(times)):
         acceleration_slopes(times[i], states[i], p, rig, work, slopes, every)
         host = host_at(times[i], rig.host)
-        speed += (states[i, 3] - host.vx) ** 2 + (states[i, 4] - host.vy) ** 2
+        speed += (states[i, VX] - host.vx) ** 2 + (states[i, VY] - host.vy) ** 2
         for j in range(len(p)):
             total[j] += every[0, j] ** 2 + every[1, j] ** 2 + (rim * every[2, j]) ** 2
     return speed

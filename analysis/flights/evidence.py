@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from analysis.compiled import compiled, making_arrays
 from analysis.flights.cutting.pieces import seen_frames
-from analysis.flights.equation.model import ANGLE, STATES
+from analysis.flights.equation.model import ANGLE, STATES, X, Y
 from analysis.flights.equation.parameters import PARAMETERS
 from analysis.flights.fit import SHARED, FlightFits
 from analysis.flights.noise import GROSS_SD, PLAIN, FlightNoise
@@ -229,8 +229,8 @@ def _fill(
     known, powers = derivative.shape[2], lens.shape[1]
     for i in range(len(states)):
         c, s = np.cos(states[i, ANGLE]), np.sin(states[i, ANGLE])
-        residual[i, 0] = seen[i, 0] - (states[i, 0] + c * origin[0] - s * origin[1])
-        residual[i, 1] = seen[i, 1] - (states[i, 1] + s * origin[0] + c * origin[1])
+        residual[i, 0] = seen[i, 0] - (states[i, X] + c * origin[0] - s * origin[1])
+        residual[i, 1] = seen[i, 1] - (states[i, Y] + s * origin[0] + c * origin[1])
         residual[i, 2] = seen[i, 2] - states[i, ANGLE]
         for m in range(3):
             for j in range(known):

@@ -19,7 +19,7 @@ from analysis.flights.cutting.impact_before import (
 )
 from analysis.flights.cutting.pieces import Flight, seen_frames
 from analysis.flights.cutting.run_data import LENS_POWERS, LENS_TERMS, NO_ANGLE_SD_RAD, RunData
-from analysis.flights.equation.model import STATES
+from analysis.flights.equation.model import ANGLE, SPIN, STATES, X, Y
 from analysis.flights.equation.parameters import (
     BLOW_TIMES,
     BLOWS,
@@ -205,7 +205,7 @@ class FlightFits:
         arm = states[..., :2] - host[..., :2]
         slide = states[..., 3:5] - rate[..., :2] - rate[..., 3:4] * np.stack([-arm[..., 1], arm[..., 0]], -1)
         known = [np.any(run.angle_sd_rad[one.first : one.last + 1] < NO_ANGLE_SD_RAD) for one in self.flights]
-        rim = run.radius_m * np.abs(states[..., 5] - rate[..., 3]) * np.array(known, bool)[:, None]
+        rim = run.radius_m * np.abs(states[..., SPIN] - rate[..., 3]) * np.array(known, bool)[:, None]
         length, time = run.own_units
         fastest = np.hypot(slide[..., 0], slide[..., 1]) + rim
         return np.asarray(np.all(fastest < REST_M_PER_S * length / time, 1), bool)
@@ -231,12 +231,12 @@ class FlightFits:
 
     def markers_at(self, states: Array) -> Array:
         """Where the markers' origin is at ``states`` (N, 6), and the angle: (N, 3)."""
-        c, s = np.cos(states[:, 2]), np.sin(states[:, 2])
+        c, s = np.cos(states[:, ANGLE]), np.sin(states[:, ANGLE])
         ox, oy = self.shared[:2]
         out = np.empty((len(states), 3))
-        out[:, 0] = states[:, 0] + c * ox - s * oy
-        out[:, 1] = states[:, 1] + s * ox + c * oy
-        out[:, 2] = states[:, 2]
+        out[:, 0] = states[:, X] + c * ox - s * oy
+        out[:, 1] = states[:, Y] + s * ox + c * oy
+        out[:, 2] = states[:, ANGLE]
         return out
 
     def flown(

@@ -131,10 +131,10 @@ def white_frames(index: NDArray[np.int64], correlation: float) -> Array:
     out = np.eye(len(index))
     if correlation == 0.0 or len(index) < 2:
         return out
-    told = correlation ** np.diff(index)
-    own = np.sqrt(1 - told**2)
+    predicted = correlation ** np.diff(index)
+    own = np.sqrt(1 - predicted**2)
     later = np.arange(1, len(index))
-    out[later, later], out[later, later - 1] = 1 / own, -told / own
+    out[later, later], out[later, later - 1] = 1 / own, -predicted / own
     return out
 
 

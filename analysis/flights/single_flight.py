@@ -15,7 +15,20 @@ from numpy.typing import NDArray
 from analysis.compiled import compiled, making_arrays
 from analysis.flights.cutting.flight_rig import FlightRig
 from analysis.flights.equation.law_slopes import LawWork, law_work
-from analysis.flights.equation.model import STATES, first_after, fly, in_turn, step_within, strongest_acceleration
+from analysis.flights.equation.model import (
+    ANGLE,
+    SPIN,
+    STATES,
+    VX,
+    VY,
+    X,
+    Y,
+    first_after,
+    fly,
+    in_turn,
+    step_within,
+    strongest_acceleration,
+)
 from analysis.flights.equation.slopes import acceleration_slopes
 from analysis.flights.noise import CLIP_SD
 
@@ -100,8 +113,8 @@ def _advance(
             for j in range(STATES):
                 trial[j] = y[j] if stage == 0 else y[j] + c * h * k[stage - 1, j]
             a = acceleration_slopes(t + c * h, trial, p, course.rig, work.law, work.state[stage], work.every)
-            k[stage, 0], k[stage, 1], k[stage, 2] = trial[3], trial[4], trial[5]
-            k[stage, 3], k[stage, 4], k[stage, 5] = a.x, a.y, a.spin
+            k[stage, X], k[stage, Y], k[stage, ANGLE] = trial[VX], trial[VY], trial[SPIN]
+            k[stage, VX], k[stage, VY], k[stage, SPIN] = a.x, a.y, a.spin
             for m in range(3):
                 for j in range(len(free)):
                     work.columns[stage, m, STATES + j] = work.every[m, free[j]]

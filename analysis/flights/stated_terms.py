@@ -63,7 +63,7 @@ def stated_terms(model: Nominal | None, frame: RigFrame, starts_s: Sequence[floa
         direction = sizes["table_tilt"]["direction_rad"] - frame.turn_rad
         terms |= {"tilt_x": pull * float(np.cos(direction)), "tilt_y": pull * float(np.sin(direction))}
     if "friction_drift" in sizes:
-        # Told about the run's start and the first run, fitted about their middles.
+        # Stated about the run's start and the first run, fitted about their middles.
         a = terms["drift"]
         b = sizes["friction_drift"]["relative_per_run"]
         middle_s, later = _middle(starts_s)
@@ -146,8 +146,10 @@ def drift_from_the_start(
     """Sizes (value, sd) of ``friction_drift`` as :func:`stated_terms` takes them, of the changes about the middles of
     runs that began at ``starts_s``."""
     middle_s, later = _middle(starts_s)
-    told = {"relative_per_s": (*per_s, middle_s), "relative_per_run": (*per_run, later)}
-    return {name: (value / (1 - value * way), sd / (1 - value * way) ** 2) for name, (value, sd, way) in told.items()}
+    changes = {"relative_per_s": (*per_s, middle_s), "relative_per_run": (*per_run, later)}
+    return {
+        name: (value / (1 - value * way), sd / (1 - value * way) ** 2) for name, (value, sd, way) in changes.items()
+    }
 
 
 def share_at_start(terms: Mapping[str, float], starts_s: Sequence[float]) -> float:

@@ -66,11 +66,17 @@ def model_section(
     for effect, given in sizes.items():
         inside = EFFECTS[effect].nearest(given)
         if any(p.default is None and p.name not in inside for p in EFFECTS[effect].parameters):
-            continue  # a recoil of a disk whose mass nobody has told
+            continue  # a recoil of a disk whose mass is not known
         lines += ["", f"[model.effect_parameters.{effect}]", *(f"{n} = {v:.6g}" for n, v in inside.items())]
     if lengths:
-        told = [f"{name} = {json.dumps(value)}" for name, value in lengths.items()]
-        lines = ["# in place of the same keys of [bodies.host] in recording.toml", "[bodies.host]", *told, "", *lines]
+        length_lines = [f"{name} = {json.dumps(value)}" for name, value in lengths.items()]
+        lines = [
+            "# in place of the same keys of [bodies.host] in recording.toml",
+            "[bodies.host]",
+            *length_lines,
+            "",
+            *lines,
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -114,8 +120,8 @@ def model_values(ladder: Ladder, estimates: Estimates) -> dict[str, float]:
         fitted = ladder.flights.fitted.model
         held = {"drift": float(fitted.parameters[INDEX["drift"]]), DRIFT_OF_RUN: fitted.drift_per_run}
         rows = {"drift": "friction_drift_per_s", DRIFT_OF_RUN: "friction_drift_per_run"}
-        told = {term: value_of(table, row)[0] for term, row in rows.items()}
-        drift = {term: held[term] if value is None else value for term, value in told.items()}
+        estimated = {term: value_of(table, row)[0] for term, row in rows.items()}
+        drift = {term: held[term] if value is None else value for term, value in estimated.items()}
         values["floor_friction"] = friction * share_at_start(drift, [run.data.start_s for run in ladder.series.runs])
     return {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
 

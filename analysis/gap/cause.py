@@ -11,7 +11,7 @@ from scipy.special import ndtr
 
 from analysis.gap.by_run import ByRun
 
-#: probabilities below this are not told apart from it: no tail is known so far out
+#: probabilities below this are not distinguished from it: no tail is known so far out
 SMALLEST_P = 1e-12
 #: what a structure goes with that is different in each run, in no order
 EACH_RUN = "each run by itself"

@@ -31,7 +31,7 @@ from analysis.statistics.student import NORMAL_90
 from ovines.workers.beside import made_beside
 
 Array = NDArray[np.float64]
-# Shares of the excess below this are not told.
+# Shares of the excess below this are not reported.
 LEAST_SHARE = 0.01
 
 
@@ -82,8 +82,8 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     gap: dict[str, Any] = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
     gap |= judged.gap | {"left_p": ladder.left_p}
     actions = _actions(ladder, tests)
-    told: list[Cause | Structure] = [*causes, *ladder.structure]
-    strongest = max(told, key=lambda one: one.strength, default=None)
+    found: list[Cause | Structure] = [*causes, *ladder.structure]
+    strongest = max(found, key=lambda one: one.strength, default=None)
     summary = {
         "format": 2,
         "verdict": verdict_of(ladder),
@@ -179,15 +179,15 @@ def _equivalent(causes: Sequence[Cause]) -> list[str]:
 
 def _where(ladder: Ladder, excess: Mapping[str, float]) -> list[dict[str, Any]]:
     """Shares of the recalibrated model's excess over the floor by stage, each at the coordinate that most of what was
-    found there has; a share below a hundredth is not told."""
-    told: list[Cause | Structure] = [*ladder.causes, *ladder.structure]
+    found there has; a share below a hundredth is not reported."""
+    found: list[Cause | Structure] = [*ladder.causes, *ladder.structure]
     excess = {
-        stage: value for stage, value in excess.items() if value > 0 and any(shows_in(one, stage) for one in told)
+        stage: value for stage, value in excess.items() if value > 0 and any(shows_in(one, stage) for one in found)
     }
     total = sum(excess.values())
     out = []
     for stage, value in sorted(excess.items(), key=lambda item: -item[1]):
-        here = max((one for one in told if shows_in(one, stage)), key=lambda one: one.strength)
+        here = max((one for one in found if shows_in(one, stage)), key=lambda one: one.strength)
         if value > LEAST_SHARE * total:
             share = round(value / total, 4)
             out.append({"stage": here.stage, "phase": here.phase, "coordinate": here.coordinate, "excess": share})

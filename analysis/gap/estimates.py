@@ -40,7 +40,7 @@ NOMINAL = ("floor_friction", *LAW, "restitution_scatter")
 @dataclass(frozen=True, eq=False)
 class Estimates:
     """``with_effect``: of the corrected series with everything that was named; ``recalibrated``: value by parameter of
-    the nominal model refitted to the series, from which the gap is told."""
+    the nominal model refitted to the series, from which the gap is taken."""
 
     recalibrated: dict[str, float | None]
     with_effect: Joint
@@ -85,7 +85,7 @@ def estimated(ladder: Ladder, laws: Sequence[WrittenLaw]) -> tuple[Estimates, La
 
 
 def _recalibrated(ladder: Ladder) -> dict[str, float | None]:
-    """The nominal model as the ladder refitted it: what the gap of the recalibrated model is told of."""
+    """The nominal model as the ladder refitted it: what the gap of the recalibrated model is measured from."""
     values = {"floor_friction": float(ladder.flights.nominal.model.parameters[INDEX["friction"]])}
     if ladder.impacts.nominal is not None:
         law = ladder.impacts.nominal.law
@@ -110,8 +110,8 @@ def improved(ladder: Ladder, model: Nominal | None) -> Nominal:
     sizes = {name: given for name, given in known.effect_parameters.items() if name not in names}
     for cause in ladder.causes:
         if _is_held(cause):
-            told = frame.world_parameters(cause.effect, cause.parameters)
-            sizes[cause.effect] = EFFECTS[cause.effect].nearest({name: value for name, (value, _) in told.items()})
+            stated = frame.world_parameters(cause.effect, cause.parameters)
+            sizes[cause.effect] = EFFECTS[cause.effect].nearest({name: value for name, (value, _) in stated.items()})
     effects = [*known.effects, *(name for name in names if name not in known.effects)]
     if "floor_friction" in names and "spin_coupling" not in effects:
         effects.append("spin_coupling")
@@ -128,17 +128,17 @@ def _sized(cause: Cause, joint: Joint, series: Series) -> Cause:
     """``cause`` with the size that the estimator gives it, where it does."""
     if _is_held(cause):
         return cause
-    told = reported_effects(joint.table, [cause.effect]).get(cause.effect, {})
+    sizes = reported_effects(joint.table, [cause.effect]).get(cause.effect, {})
     if cause.effect == "stated_radius":
-        told = _length_off(cause, joint, series)
-    if not told:
+        sizes = _length_off(cause, joint, series)
+    if not sizes:
         return cause
-    told = series.frame.rig_parameters(cause.effect, told)
+    sizes = series.frame.rig_parameters(cause.effect, sizes)
     if cause.stage == "geometry":
         # The steps know more of what makes them unsure: markers' places, what two views show of the lenses.
         step = cause.parameters
-        told = {name: (value, max(sd, step[name][1] if name in step else 0.0)) for name, (value, sd) in told.items()}
-    return replace(cause, parameters=told)
+        sizes = {name: (value, max(sd, step[name][1] if name in step else 0.0)) for name, (value, sd) in sizes.items()}
+    return replace(cause, parameters=sizes)
 
 
 def _length_off(cause: Cause, joint: Joint, series: Series) -> Sized:

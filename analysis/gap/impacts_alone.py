@@ -63,8 +63,8 @@ def diagnose_impacts(
     causes, terms, _, left, probes, structure = select_laws(fit, held, finite, withheld, null)
     table = _identified(tables, recordings, [cause.effect for cause in causes])
     plain = _identified(tables, recordings, []) if causes else table
-    told = reported_effects(table, [cause.effect for cause in causes])
-    causes = [replace(cause, parameters=told.get(cause.effect, cause.parameters)) for cause in causes]
+    sizes = reported_effects(table, [cause.effect for cause in causes])
+    causes = [replace(cause, parameters=sizes.get(cause.effect, cause.parameters)) for cause in causes]
     structure += _scatter(data, terms, structure)
     gained = [gain.gain for gain in probes if gain.residual == "restitution"]
     left_p = min([1.0, by_chance(null, max(gained)) if gained else 1.0, *(one.p for one in structure)])

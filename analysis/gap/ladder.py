@@ -302,27 +302,27 @@ def _flights_and_disk(
 
     def disk(flights: FlightFit) -> tuple[InertiaStep, float, tuple[float, float]]:
         wall = wall_between(flights)
-        told = inertia_step(wall, flights, factor, stated)
-        ratio = told.ratio if told.found and "inertia_error" not in withheld else 1.0
+        inertia_found = inertia_step(wall, flights, factor, stated)
+        ratio = inertia_found.ratio if inertia_found.found and "inertia_error" not in withheld else 1.0
         known = wall is not None and "mass_centre_offset" not in withheld
-        return told, ratio, middle_of_disk(wall) if wall is not None and known else (0.0, 0.0)
+        return inertia_found, ratio, middle_of_disk(wall) if wall is not None and known else (0.0, 0.0)
 
-    told, ratio, middle_m = disk(first)
+    inertia_found, ratio, middle_m = disk(first)
     for _ in range(2):
         in_use, centre_m = ratio, middle_m
         series = with_inertia(series, in_use * factor / series.runs[0].data.inertia_factor)
         series = replace(series, runs=tuple(with_middle(series.runs, centre_m)))
         flights = select_flight_effects(series, effects, withheld, tests.lens_residual_found, rng)
-        told, ratio, middle_m = disk(flights.fitted)
+        inertia_found, ratio, middle_m = disk(flights.fitted)
         if abs(ratio - in_use) < NEGLIGIBLE and same_middle(middle_m, centre_m, series.contact_radius_m):
             break
-    if told.found and in_use != 1.0:
+    if inertia_found.found and in_use != 1.0:
         stated_runs = with_inertia(series, factor / series.runs[0].data.inertia_factor)
         if flights_contradict(flights.named, stated_runs):
             beside = withheld.union({"inertia_error"})
-            told, flights, series = _flights_and_disk(stated_runs, first, effects, beside, tests, rng)
-            return replace(told, found=False, contradicted=told.found), flights, series
-    return told, flights, series
+            inertia_found, flights, series = _flights_and_disk(stated_runs, first, effects, beside, tests, rng)
+            return replace(inertia_found, found=False, contradicted=inertia_found.found), flights, series
+    return inertia_found, flights, series
 
 
 def _outside_the_wall(series: Series, impacts: ImpactSteps) -> Series | None:

@@ -1,4 +1,4 @@
-"""Laws that are effects of the library: told by their names, held like any other effect."""
+"""Laws that are effects of the library: reported by their names, held like any other effect."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ def named_part(law: LawFound, withheld: frozenset[str] = frozenset()) -> NamedPa
 def _part(law: LawFound, effect: Effect) -> NamedPart | None:
     terms = law.rig_law.terms
     if effect.stage == "geometry" and not all(form.stands_still for form in effect.forms):
-        return None  # a wall that moves is held by nothing: told by its formula
+        return None  # a wall that moves is held by nothing: reported by its formula
     at = [[i for i, term in enumerate(terms) if form.is_named(term)] for form in effect.forms]
     if any(len(found) != 1 for found in at):
         return None
     parameters = Sized()
     for (i,), form in zip(at, effect.forms, strict=True):
         tail = f"_{i + 1}" if len(terms) > 1 else ""
-        for parameter, value in form.told(terms[i]).items():
+        for parameter, value in form.parameters(terms[i]).items():
             number = law.numbers.get(_number_of(form, parameter) + tail)
             # What a term counts from is not among the law's numbers where it is nothing.
             parameters[parameter] = (value, number[1] if number is not None else 0.0)
@@ -63,7 +63,7 @@ def _part(law: LawFound, effect: Effect) -> NamedPart | None:
 
 def _number_of(form: LawForm, parameter: str) -> str:
     """Name of the number of a law that a parameter of the effect is: the one that changes with it."""
-    every = {name: 0.5 for name in form.told(form.term(defaultdict(lambda: 0.5)))}
+    every = {name: 0.5 for name in form.parameters(form.term(defaultdict(lambda: 0.5)))}
     here, there = (named_numbers(WrittenLaw((form.term(values),))) for values in (every, {**every, parameter: 0.25}))
     (name,) = (one for one, (value, _) in here.items() if there[one][0] != value)
     return name
@@ -122,5 +122,13 @@ def _holding(flights: FlightFit, named: NamedPart) -> FlightFit:
 def _cause(ladder: Ladder, law: LawFound, named: NamedPart) -> Cause:
     """The effect as a cause, as large as what was left where the law was found."""
     stage = law.law.stage
-    told = max((one for one in ladder.structure if one.stage == stage), key=lambda one: one.strength)
-    return Cause(named.effect.name, stage, named.parameters, told.strength, told.gain, told.coordinate, told.phase)
+    strongest = max((one for one in ladder.structure if one.stage == stage), key=lambda one: one.strength)
+    return Cause(
+        named.effect.name,
+        stage,
+        named.parameters,
+        strongest.strength,
+        strongest.gain,
+        strongest.coordinate,
+        strongest.phase,
+    )

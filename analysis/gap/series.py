@@ -68,7 +68,7 @@ class Series:
 
     @property
     def contact_radius_m(self) -> float:
-        """As stated: what lengths of the rig are told in shares of."""
+        """As stated: what lengths of the rig are stated in shares of."""
         return float(self.runs[0].data.contact_radius_m)
 
 

@@ -9,7 +9,7 @@ OVERRIDES = 10.0
 # ... and structure left over beside an accepted effect makes the answer "unknown" when it is this share of the effect's
 # own size.
 LEFT_OVER = 0.25
-# Two candidates whose held-out gains differ by less than this (fall of -2 log L) cannot be told apart by these data.
+# Two candidates whose held-out gains differ by less than this (fall of -2 log L) cannot be distinguished by these data.
 EQUIVALENT = 10.0
 # Of the contact radius: what turning, gluing and a lens residual leave of centres (0.1 mm of 40 mm), of the
 # distance at which the disk meets the wall, and of the way that it goes at its median approach during a contact.

@@ -1,5 +1,5 @@
 """The laws of a diagnosis: one for each stage in which something is left.  A law that is an effect of the library is
-told by its name, and the ladder holds it like any other effect."""
+reported by its name, and the ladder holds it like any other effect."""
 
 from __future__ import annotations
 
@@ -213,16 +213,16 @@ def _impact_law(
     gone = () if law is None else needless_beside(law, ladder.impacts, fits)
     if gone:
         fewer = _without(ladder, without_effects(ladder.impacts, gone))
-        again, told = _asked_impact_law(fewer, fits, asked, rng)
+        again, rest = _asked_impact_law(fewer, fits, asked, rng)
         if again is not None and again.closed > LAW_LEAST_CLOSED:
-            law, structure, ladder = again, told, fewer
+            law, structure, ladder = again, rest, fewer
     left = [one for one in ladder.structure if one.stage == "impact"]
     instead = restitution_law_instead(law, ladder.impacts, fits, ladder.series.frame, rng, left)
     if instead is not None:
         fewer = _without(ladder, instead[1])
-        alone, told = (instead[0], ()) if asked else _believed_impact_law(instead[0], fewer, fits)
+        alone, rest = (instead[0], ()) if asked else _believed_impact_law(instead[0], fewer, fits)
         if alone is not None and alone.closed > LAW_LEAST_CLOSED:
-            return alone, told, fewer
+            return alone, rest, fewer
     return law, structure, ladder
 
 
@@ -236,15 +236,15 @@ def _asked_impact_law(
     ladder: Ladder, fits: Sequence[FlightFits], asked: bool, rng: np.random.Generator
 ) -> tuple[LawFound | None, tuple[Structure, ...]]:
     impacts, level = _fitted(ladder), LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED
-    told = [one for one in ladder.structure if one.stage == "impact"]
-    law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level, told)
+    probes = [one for one in ladder.structure if one.stage == "impact"]
+    law = find_impact_law(impacts, fits, ladder.impacts.restitution_terms, ladder.series.frame, rng, level, probes)
     return (law, ()) if law is None or asked else _believed_impact_law(law, ladder, fits)
 
 
 def _believed_impact_law(
     law: LawFound, ladder: Ladder, fits: Sequence[FlightFits]
 ) -> tuple[LawFound | None, tuple[Structure, ...]]:
-    """A law of the impacts that no probe has asked for, where it is believed, and what it leaves to be told."""
+    """A law of the impacts that no probe has asked for, where it is believed, and what it leaves to be reported."""
     sizes = impact_law_sizes(law, _fitted(ladder), fits, ladder.impacts.restitution_terms)
     target = max(sizes, key=lambda one: sizes[one][0] / sizes[one][1])
     if believed(law, *sizes[target]) is None:

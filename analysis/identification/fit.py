@@ -243,15 +243,15 @@ def _with_inertia(rig: RigFit, named: Sequence[str], held: Mapping[str, float], 
     for _ in range(MOST_INERTIAS):
         first = rig.runs[0].data
         data = law_data(rig.wall.impacts, rig.wall.used, first.radius_m, first.inertia_factor)
-        told = fit_inertia(data, len(rig.runs), first.radius_m) if rig.angle else None
-        if told is None:
+        inertia_fit = fit_inertia(data, len(rig.runs), first.radius_m) if rig.angle else None
+        if inertia_fit is None:
             return rig
-        rig = replace(rig, inertia=(ratio * told.ratio, ratio * told.sd))
-        if abs(told.ratio - 1) < INERTIA_RESTS_SD * told.sd:
+        rig = replace(rig, inertia=(ratio * inertia_fit.ratio, ratio * inertia_fit.sd))
+        if abs(inertia_fit.ratio - 1) < INERTIA_RESTS_SD * inertia_fit.sd:
             return rig
-        ratio *= told.ratio
+        ratio *= inertia_fit.ratio
         runs = [
-            replace(run, data=replace(run.data, inertia_factor=told.ratio * run.data.inertia_factor))
+            replace(run, data=replace(run.data, inertia_factor=inertia_fit.ratio * run.data.inertia_factor))
             for run in rig.runs
         ]
         rig = replace(_fit(runs, named, held, search), held=rig.held, inertia=rig.inertia)

@@ -176,20 +176,20 @@ def identification_table(rig: RigFit, law: dict[str, Interval], frame: RigFrame)
 
 def _effect_rows(rig: RigFit, law: dict[str, Interval], frame: RigFrame) -> list[tuple[str, Interval]]:
     """Sizes of the effects on the restitution that were fitted, and how long a contact lasts."""
-    told: dict[str, dict[str, tuple[float, float]]] = {}
+    reported: dict[str, dict[str, tuple[float, float]]] = {}
     n = len(rig.data)
     if rig.restitution is not None:
         own = reported_restitution(rig.restitution, n).sd
         shared = float(np.sqrt(max(law["restitution"].sd ** 2 - own**2, 0.0)))
-        told = effect_sizes(rig.restitution, n, shared, frame.turn_rad)
+        reported = effect_sizes(rig.restitution, n, shared, frame.turn_rad)
     if rig.wall.delay_s > 0 and rig.law is not None:
         factor = contact_time_s(1.0, rig.law.restitution)
         duration = factor * rig.wall.delay_s
         sd = factor * rig.wall.delay_sd_s + CONTACT_MODEL_SHARE * duration
-        told["finite_contact_time"] = {"duration_s": (duration, sd)}
+        reported["finite_contact_time"] = {"duration_s": (duration, sd)}
     if rig.inertia is not None:
-        told["inertia_error"] = {"ratio": rig.inertia}
-    rows = rows_of(told)
+        reported["inertia_error"] = {"ratio": rig.inertia}
+    rows = rows_of(reported)
     if rig.lasting_intervals is not None:
         stiffness = rig.lasting_intervals.stiffness
         rows.append(("contact_stiffness_ratio", widened(stiffness, STIFFNESS_MODEL_SHARE * stiffness.value)))

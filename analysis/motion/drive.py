@@ -78,7 +78,7 @@ def drive_findings(
     hosts : per run its frames' times (N,) s and the Host's motion, in the rig's ``frame`` and units:
         ``[(run.data.time_s, run.data.host) for run in runs]``
     asked : per run ``recording.excitation``, None where nothing was asked
-    frame : the rig's frame; sizes, frequencies and times that are told are the world's
+    frame : the rig's frame; sizes, frequencies and times that are reported are the world's
 
     A diagnosis issues stage "drive" with the findings found: "line", "no line", "start-up", "jump" and "rest" whatever
     was asked, "frequency", "level" and "crosswise" against what was.  A "frequency" that is off alike in all runs is

@@ -183,15 +183,15 @@ def excess(time_s: Array, residual: Array) -> list[Excess]:
     The noise is taken for AR(1), as the fast end of the spectra shows it.  The same cameras see all columns: their
     noises may differ in size, not in their correlation, which one column of a short run leaves open.
     """
-    told = [k for k, column in enumerate(residual.T) if _tells(column)]
+    telling = [k for k, column in enumerate(residual.T) if _tells(column)]
     out = [Excess(False, 0.0, 0.0)] * residual.shape[1]
-    if not told:
+    if not telling:
         return out
-    spectra = {k: _periodogram(residual[:, k]) for k in told}
-    sized = {k: _noise_costs(*spectra[k]) for k in told}
+    spectra = {k: _periodogram(residual[:, k]) for k in telling}
+    sized = {k: _noise_costs(*spectra[k]) for k in telling}
     together = np.sum([costs for _, costs in sized.values()], 0)
     most = int(np.flatnonzero(together < together.min() + UNSURE)[-1])
-    for k in told:
+    for k in telling:
         spectrum, turn = spectra[k]
         level = np.exp(sized[k][0][most]) * _spectrum(float(CORRELATIONS[most]), turn)
         over = spectrum / np.maximum(level, FINEST**2)

@@ -27,7 +27,7 @@ FINER = (0.5, 0.25)
 FORGOTTEN_FRAMES = 3
 # A place this far (robust sds) off the path is a gross error.
 GROSS_SD = 5.0
-# Fewer places leave a spline nothing to be told by.
+# Fewer places leave a spline nothing to be fitted to.
 FEWEST = 12
 # Times of which a covariance is asked together: a row for each holds as many numbers as the path has frames.
 AT_ONCE = 32

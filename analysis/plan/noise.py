@@ -72,8 +72,8 @@ def pose_noise(
     found = {}
     for name in ("nes", "host"):
         body = recording.bodies[name]
-        places, told = _places(name, body, recording)
-        assumed += told
+        places, assumptions = _places(name, body, recording)
+        assumed += assumptions
         about = places - places.mean(axis=0)
         spread = float(np.sum(about**2))
         mean = float(np.sqrt(np.mean(np.square(marker))))
@@ -119,5 +119,5 @@ def _places(name: str, body: Body, recording: Recording) -> tuple[Array, list[st
     count = len(body.markers) or MARKERS[name]
     angle = 2.0 * np.pi * np.arange(count) / count
     title = {"nes": "NES", "host": "Host"}[name]
-    told = f"{count} markers of the {title} at {PLACED_AT} of its radius"
-    return PLACED_AT * size * np.column_stack([np.cos(angle), np.sin(angle)]), [told]
+    assumption = f"{count} markers of the {title} at {PLACED_AT} of its radius"
+    return PLACED_AT * size * np.column_stack([np.cos(angle), np.sin(angle)]), [assumption]

@@ -108,13 +108,13 @@ def _add_uncertainty(
 def _distances(world: pd.DataFrame, cameras: list[Camera]) -> list[str]:
     """How far the cameras' centres are apart, one sentence for each two: a length that a ruler can check."""
     sd = dict(zip(world["quantity"], world["sd"].astype(float), strict=True))
-    told = []
+    sentences = []
     for a, b in combinations(cameras, 2):
         name = f"distance_m of {a.name} and {b.name}"
         if name in sd:
             apart_m = float(np.linalg.norm(a.centre_m - b.centre_m))
-            told.append(f"{a.name} and {b.name} stand {value_with_sd(1e3 * apart_m, 1e3 * sd[name], 'mm')} apart.")
-    return told
+            sentences.append(f"{a.name} and {b.name} stand {value_with_sd(1e3 * apart_m, 1e3 * sd[name], 'mm')} apart.")
+    return sentences
 
 
 def _ring(results: Results) -> tuple[float, float, float] | None:
@@ -169,7 +169,7 @@ def _add_plane(page: Page, results: Results) -> None:
     section.add_table(
         ("by", "height at the origin", "slope along x", "slope along y"),
         rows,
-        "The world's z = 0 is the board's. Host and NES slide in a plane of their own, told by their markers' heights "
+        "The world's z = 0 is the board's. Host and NES slide in a plane of their own, given by their markers' heights "
         "in layout_m, each of which may be off by layout_sd_m."
         + ("" if found is not None else " No body with layout_m was followed yet."),
     )

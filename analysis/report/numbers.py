@@ -85,7 +85,7 @@ def interval(low: float | None, high: float | None, unit: str = "") -> str:
 
 def percent(fraction: float | None) -> str:
     """A share in percent: one decimal where it is close to 0 or 100, and never 100 % for what is not all.  Less than
-    nothing and more than all are told as they are."""
+    nothing and more than all are given as they are."""
     if fraction is None or not isfinite(fraction):
         return MISSING
     if not 0.0 < fraction < 1.0:

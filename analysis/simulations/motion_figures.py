@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from analysis.figures.style import (
     AXIS_COLOURS,
     BLACK,
-    DEG,
     GREY,
     HOST_COLOUR,
     NES_COLOUR,
     RED,
+    angle_scale,
     label,
     legend,
     length_scale,
@@ -56,11 +56,12 @@ def coordinates(result: SimulationResult) -> Figure:
     """Coordinates and angles over time (Figs 2b, 3b, 28b)."""
     figure, axes = new_figure(3, 1, height_in=5.4, sharex=True)
     unit, scale = _length(result)
+    of_angle, per_rad = angle_scale([result.motion["nes_angle_rad"], result.motion["host_angle_rad"]])
     for ax, name, factor, title in zip(
         axes[:, 0],
         ("x_m", "y_m", "angle_rad"),
-        (scale, scale, DEG),
-        (f"x ({unit})", f"y ({unit})", "angle (°)"),
+        (scale, scale, per_rad),
+        (f"x ({unit})", f"y ({unit})", f"angle ({of_angle})"),
         strict=True,
     ):
         for body, colour in (("nes", NES_COLOUR), ("host", HOST_COLOUR)):

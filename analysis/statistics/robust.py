@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 # information stays (95 % at the usual 2.385).
 CAUCHY_SD = 3.0
 # Eigenvalues below this share of the largest are nil but for rounding.
-LEAST_TOLD = 1e-15
+LEAST_DETERMINED = 1e-15
 # Added to a matrix of unit diagonal before it is inverted.
 UNIT_RIDGE = 1e-11
 # sd of a median over that of the mean, of normal errors.
@@ -33,8 +33,8 @@ def symmetric_inverse(matrix: Array) -> Array:
     """Inverse (P, P) of a symmetric matrix, of what it leaves open nil: numpy's, in a third of its time for a few
     unknowns."""
     sizes, ways = np.linalg.eigh(matrix)
-    told = np.abs(sizes) > LEAST_TOLD * np.abs(sizes).max(initial=0.0)
-    return np.asarray((ways / np.where(told, sizes, np.inf)) @ ways.T, float)
+    determined = np.abs(sizes) > LEAST_DETERMINED * np.abs(sizes).max(initial=0.0)
+    return np.asarray((ways / np.where(determined, sizes, np.inf)) @ ways.T, float)
 
 
 def covariance_of(information: Array) -> Array:

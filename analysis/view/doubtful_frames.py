@@ -109,7 +109,7 @@ def _usual(xyz: Array, pairs: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
 
 
 def _known(values: Array) -> Array:
-    """``values`` (frames, n) with a column of zeros, so that a frame in which nothing is known has no doubt."""
+    """``values`` (frames, n) with a column of zeros, so that a frame in which nothing is known is not doubtful."""
     return np.concatenate([values, np.zeros((len(values), 1))], 1)
 
 

@@ -23,7 +23,7 @@ from ovines.recording import Recording
 Array = NDArray[np.float64]
 Picture = tuple[int, Mapping[str, bytes]]
 HALF = 0.5
-DOUBT = "doubt"  # a timeline: 1 is the worst
+DOUBTFUL = "doubtful"  # a timeline: 1 is the worst
 COLOURS = {"nes": NES_COLOUR, "host": HOST_COLOUR, "ground": GREEN, "simulated": ORANGE}
 NAME_COLOURS = {
     "nes": "#8ecbff",
@@ -94,9 +94,9 @@ def write(stream: rr.RecordingStream, shown: Shown, pictures: Iterable[Picture] 
         stream.set_time("frame", sequence=frame)
         stream.set_time("time", duration=clock(frame))
         if frame in rank:
-            stream.set_time(DOUBT, sequence=rank[frame])
+            stream.set_time(DOUBTFUL, sequence=rank[frame])
         else:
-            stream.disable_timeline(DOUBT)
+            stream.disable_timeline(DOUBTFUL)
         for name, jpeg in by_camera.items():
             stream.log(camera_path(name) + "/image", rr.EncodedImage(contents=jpeg, media_type="image/jpeg"))
         count += bool(by_camera)
@@ -232,7 +232,7 @@ def _doubtful(stream: rr.RecordingStream, shown: Shown) -> None:
     for number, one in enumerate(shown.doubtful, 1):
         stream.set_time("frame", sequence=one.frame)
         stream.set_time("time", duration=one.time_s)
-        stream.set_time(DOUBT, sequence=number)
+        stream.set_time(DOUBTFUL, sequence=number)
         level = "WARN" if one.kind in ("swap", "slip") else "INFO"
         stream.log("doubtful", rr.TextLog(f"{number}: {one.text} ({one.kind}, frame {one.frame})", level=level))
         if shown.tracks is None:
@@ -245,7 +245,7 @@ def _doubtful(stream: rr.RecordingStream, shown: Shown) -> None:
                 places = rows[["u_px", "v_px"]].to_numpy(float) + HALF
                 path = f"{camera_path(camera.name)}/tracks/{body}"
                 stream.log(path, rr.Points2D.from_fields(positions=places, labels=rows["marker"].tolist()))
-    stream.disable_timeline(DOUBT)
+    stream.disable_timeline(DOUBTFUL)
 
 
 def _rows_of(table: pd.DataFrame, places: Array) -> tuple[pd.DataFrame, Array]:

@@ -21,7 +21,7 @@ ROUND_TERMS, DISK_TERMS, ELLIPSE_TERMS = (
 )
 #: ... of a cylinder, and of flat sides as a whole beside the distance of each (:func:`side_term`)
 CYLINDER_TERMS, TURN = ("cylinder_radius", "cylinder_x", "cylinder_y"), "turn"
-# Step of the azimuth by which a wall's slope is told, and the steepest that is one: a step in a formula is none.
+# Step of the azimuth by which a wall's slope is taken, and the steepest that is one: a step in a formula is none.
 LEAN_STEP_RAD, MOST_LEAN_RAD = 0.01, 0.2
 #: what the free terms are called in table ``identification``
 PARAMETERS = {

@@ -22,6 +22,10 @@ RING = 0.0
 SIDE = 1.0
 #: contact radius (the cylinder's and the disk's together), centre (x, y in the Host)
 CYLINDER = 2.0
+#: places in a row: of any kind; of what is round; of a side
+KIND = 0
+RADIUS, CENTRE_X, CENTRE_Y, OVAL_COS, OVAL_SIN = range(1, 6)
+NORMAL, DISTANCE = 1, 2
 ROW = 6
 
 
@@ -37,20 +41,20 @@ class Surface(NamedTuple):
 @compiled
 def surface_seen(row: Array, x: float, y: float, host_angle: float, radius_m: float) -> Surface:
     """The surface ``row`` (6,) for a disk of ``radius_m`` at x, y from the Host's centre (room's directions)."""
-    if row[0] == SIDE:
-        normal = row[1] + host_angle
+    if row[KIND] == SIDE:
+        normal = row[NORMAL] + host_angle
         nx, ny = np.cos(normal), np.sin(normal)
-        return Surface(x * nx + y * ny - row[2], normal, np.arctan2(y + radius_m * ny, x + radius_m * nx))
+        return Surface(x * nx + y * ny - row[DISTANCE], normal, np.arctan2(y + radius_m * ny, x + radius_m * nx))
     c, s = np.cos(host_angle), np.sin(host_angle)
-    rx = x - (c * row[2] - s * row[3])
-    ry = y - (s * row[2] + c * row[3])
+    rx = x - (c * row[CENTRE_X] - s * row[CENTRE_Y])
+    ry = y - (s * row[CENTRE_X] + c * row[CENTRE_Y])
     distance, azimuth = np.sqrt(rx * rx + ry * ry), np.arctan2(ry, rx)
-    if row[0] == CYLINDER:
-        return Surface(row[1] - distance, azimuth + np.pi, azimuth)
+    if row[KIND] == CYLINDER:
+        return Surface(row[RADIUS] - distance, azimuth + np.pi, azimuth)
     cos2, sin2 = np.cos(2 * azimuth), np.sin(2 * azimuth)
     # A nearly round wall's normal differs from its radius by -r'/r.
-    turn = 2 * (row[4] * sin2 - row[5] * cos2)
-    return Surface(distance - row[1] * (1 + row[4] * cos2 + row[5] * sin2), azimuth + turn, azimuth)
+    turn = 2 * (row[OVAL_COS] * sin2 - row[OVAL_SIN] * cos2)
+    return Surface(distance - row[RADIUS] * (1 + row[OVAL_COS] * cos2 + row[OVAL_SIN] * sin2), azimuth + turn, azimuth)
 
 
 @compiled

@@ -14,7 +14,19 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.walls.outlines import DISK_TERMS, ELLIPSE_TERMS, TURN, Cylinder, Ring, Sides, no_offset
-from analysis.walls.surfaces import CYLINDER, RING, ROW, SIDE, surfaces_seen
+from analysis.walls.surfaces import (
+    CYLINDER,
+    DISTANCE,
+    KIND,
+    NORMAL,
+    OVAL_COS,
+    OVAL_SIN,
+    RADIUS,
+    RING,
+    ROW,
+    SIDE,
+    surfaces_seen,
+)
 
 Array = NDArray[np.float64]
 
@@ -153,9 +165,9 @@ class Wall:
         """
         rows = self.surfaces[which]
         twice = 2 * azimuth_rad
-        turn = 2 * (rows[:, 4] * np.sin(twice) - rows[:, 5] * np.cos(twice))
-        found = np.where(rows[:, 0] == SIDE, rows[:, 1] + host_angle_rad, azimuth_rad + turn)
-        return np.asarray(np.where(rows[:, 0] == CYLINDER, azimuth_rad + np.pi, found), float)
+        turn = 2 * (rows[:, OVAL_COS] * np.sin(twice) - rows[:, OVAL_SIN] * np.cos(twice))
+        found = np.where(rows[:, KIND] == SIDE, rows[:, NORMAL] + host_angle_rad, azimuth_rad + turn)
+        return np.asarray(np.where(rows[:, KIND] == CYLINDER, azimuth_rad + np.pi, found), float)
 
     def on_cylinder(self, which: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether surfaces ``which`` (N,) are the cylinder in the middle."""
@@ -165,8 +177,8 @@ class Wall:
         """Number of the surface (N,) that each row of table ``impacts`` is on; the first where the table does not
         tell."""
         names = {name: number for number, name in enumerate(self.names)}
-        told = impacts["surface"] if "surface" in impacts else pd.Series(self.names[0], impacts.index)
-        return told.map(names).fillna(0).to_numpy(np.int64)
+        surface = impacts["surface"] if "surface" in impacts else pd.Series(self.names[0], impacts.index)
+        return surface.map(names).fillna(0).to_numpy(np.int64)
 
     def edges_m(self) -> list[Array]:
         """The closed curves (N, 2) on which the disk's centre is at contact, in the Host's frame, the outline first."""
@@ -184,7 +196,9 @@ class Wall:
         cylinder); of a ring, as if about the Host's centre."""
         rows = self.surfaces[which]
         return np.asarray(
-            np.where(rows[:, 0] == SIDE, rows[:, 2], rows[:, 1] * np.where(rows[:, 0] == CYLINDER, -1, 1))
+            np.where(
+                rows[:, KIND] == SIDE, rows[:, DISTANCE], rows[:, RADIUS] * np.where(rows[:, KIND] == CYLINDER, -1, 1)
+            )
         )
 
     @staticmethod

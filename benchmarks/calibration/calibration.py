@@ -155,7 +155,7 @@ def flags(cases: int, board: str = "charuco_9x13_20mm", first: int = 0, rendered
 def spline(cases: int, first: int = 0) -> None:
     """How often a spline is chosen with a residual and without, and what it leaves where boards were seen."""
     for residual_px in (RESIDUAL_PX, ERROR_PX, 0.0):
-        chosen, told, falls, left, without, inside = 0, 0, [], [], [], []
+        chosen, reported, falls, left, without, inside = 0, 0, [], [], [], []
         for seed in range(first, first + cases):
             setup, rng = setup_of(seed)
             camera = setup.cameras[0]
@@ -174,7 +174,7 @@ def spline(cases: int, first: int = 0) -> None:
                 single.adjusted.state.splines[0],
             )
             flags_now = flagged(compare_halves(single, setup.board, at), residual_field(single, setup.board))
-            told += taken or any(flags_now)
+            reported += taken or any(flags_now)
             if not taken or bend is None:
                 continue
             held_out = [one.held_out_px for one in tried if np.isfinite(one.held_out_px)]
@@ -184,7 +184,7 @@ def spline(cases: int, first: int = 0) -> None:
             left.append(np.sqrt(np.mean(off**2)))
             inside.append(np.mean(np.abs(off) < BAND * sd[:, None]))
         print(
-            f"residual of {residual_px} px RMS: a spline chosen in {chosen} of {cases}, chosen or flagged in {told}",
+            f"residual of {residual_px} px RMS: a spline chosen in {chosen} of {cases}, or flagged: {reported}",
             end="",
         )
         if left:
@@ -274,7 +274,7 @@ def calibrated(setup: Setup, views: int, rng: np.random.Generator, rendered: boo
 
 
 def real(folder: Path) -> None:
-    """Sets of image pairs that nobody here made: what each camera's lens is, and what it is told."""
+    """Sets of image pairs that nobody here made: what each camera's lens is, and what is said of it."""
     chess = Path(__file__).resolve().parents[2] / "sample_data" / "real_chessboard"
     sets = (
         (Board("chessboard", (10, 7), 0.025, kind="chessboard"), chess, {"left": "left*.jpg", "right": "right*.jpg"}),

@@ -4,7 +4,7 @@
 
 ``cold``: the clock and the processor time of all processes, with a cache folder that is empty; ``warm``: of ``--warm``
 runs after it the fastest.  ``cold / warm``: their clocks.  Python keeps its own compiled modules, as it does unless it
-is told not to.
+is asked not to.
 """
 
 from __future__ import annotations

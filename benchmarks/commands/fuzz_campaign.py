@@ -117,11 +117,11 @@ class Ended:
 
 def run_forked(words: list[str], place: Path) -> Ended:
     """The command in a child of this process, in which all is loaded."""
-    told = place.parent / "said"
+    output = place.parent / "said"
     began = time.monotonic()
     child = os.fork()
     if child == 0:
-        _child(words, place, told)
+        _child(words, place, output)
     status, usage = 0, None
     deadline = began + MOST_WALL_S
     while True:
@@ -133,17 +133,17 @@ def run_forked(words: list[str], place: Path) -> Ended:
             _, status, usage = os.wait4(child, 0)
             break
         time.sleep(0.002)
-    said = told.read_text("utf-8", "replace") if told.exists() else ""
+    said = output.read_text("utf-8", "replace") if output.exists() else ""
     return Ended(
         os.waitstatus_to_exitcode(status), said, usage.ru_utime + usage.ru_stime, time.monotonic() - began,
         usage.ru_maxrss << 10,
     )  # fmt: skip
 
 
-def _child(words: list[str], place: Path, told: Path) -> None:
+def _child(words: list[str], place: Path, output: Path) -> None:
     status = 1
     try:
-        file = os.open(told, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        file = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         os.dup2(file, 1)
         os.dup2(file, 2)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)

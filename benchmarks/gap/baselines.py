@@ -25,7 +25,7 @@ from analysis.gap.laws.regression.problem import Profile, Regression, held_out_s
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Factor, Term, rows_of
-from ovines.pipeline.series.law_oracle import held_out
+from ovines.pipeline.blind.law_oracle import held_out
 
 MOST_PARTS = 10
 SMALL, RIDGE, ROUNDS = (0.05, 0.1, 0.2, 0.4, 0.7), 0.05, 20
@@ -59,11 +59,11 @@ def chosen_of(problem: Regression, listed: Listed) -> list[int]:
         for kin in listed.kin:
             taken = turn.T[kin.at]  # (G, S, P)
             left = kin.information.sum(0) - taken @ taken.mT
-            told = np.diagonal(left, axis1=1, axis2=2).min(1) > 1e-6
-            left[~told] = np.eye(left.shape[1])
+            determined = np.diagonal(left, axis1=1, axis2=2).min(1) > 1e-6
+            left[~determined] = np.eye(left.shape[1])
             own = score[kin.at]
             gain = np.einsum("gs,gs->g", own, (np.linalg.pinv(left, hermitian=True) @ own[..., None])[..., 0])
-            gains[kin.number] = np.where(told, gain - price * left.shape[1], -np.inf)
+            gains[kin.number] = np.where(determined, gain - price * left.shape[1], -np.inf)
         gains[parts] = -np.inf
         best = int(np.argmax(gains))
         if gains[best] <= 0:
@@ -129,14 +129,14 @@ def gaussian_process(problem: Regression, every: Iterable[np.ndarray]) -> Regres
         products, score = rows.T @ rows, rows.T @ problem.residual
         for size in SIZES:
             prior = np.concatenate([problem.prior, np.full(columns.shape[1], 1 / size**2)])
-            # Log evidence of a linear model with Gaussian priors, noise as told, up to a constant.
+            # Log evidence of a linear model with Gaussian priors, noise as stated, up to a constant.
             information = products / problem.excess + np.diag(np.maximum(prior, 1e-12))
             fitted = np.linalg.solve(information, score / problem.excess)
             evidence = float(score @ fitted) / problem.excess - np.linalg.slogdet(information)[1]
             evidence -= 2 * columns.shape[1] * np.log(size)
             if best is None or evidence > best[0]:
-                told = Regression(problem.residual, rows, problem.excess * prior, problem.block, problem.run)
-                best = evidence, told
+                tried = Regression(problem.residual, rows, problem.excess * prior, problem.block, problem.run)
+                best = evidence, tried
     assert best is not None, "no features"
     return best[1]
 

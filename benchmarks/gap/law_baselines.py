@@ -37,8 +37,8 @@ from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from benchmarks.gap.baselines import columns_of_terms, flight_features, squares_of
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import WrittenLaw
+from ovines.pipeline.blind.law_oracle import PlantsRuns, flight_columns, held_out
 from ovines.pipeline.series.diagnosis import load_series
-from ovines.pipeline.series.law_oracle import PlantsRuns, flight_columns, held_out
 from ovines.recording import read_series
 
 EFFECTS = ("floor_friction", "spin_coupling")
@@ -138,10 +138,10 @@ def main():
     print("| cause | squares over noise | oracle takes | " + " | ".join(names) + " | law |", flush=True)
     for number, kind in enumerate(one for one in kinds.split(",") if one not in NOT_ASKED):
         before, taken, words = one_case(kind, options, np.random.default_rng([options.seed, number]))
-        told = {name: taken[name] / taken["oracle"] for name in names}
+        share_of = {name: taken[name] / taken["oracle"] for name in names}
         for name in names:
-            shares[name].append(told[name])
-        cells = " | ".join(f"{told[name]:.2f}" for name in names)
+            shares[name].append(share_of[name])
+        cells = " | ".join(f"{share_of[name]:.2f}" for name in names)
         print(f"| {kind} | {before:.2f} | {taken['oracle']:.3g} | {cells} | {words} |", flush=True)
     middle = " | ".join(f"{np.median(shares[name]):.2f}" for name in names)
     least = " | ".join(f"{np.mean(np.array(shares[name]) >= 0.8):.2f}" for name in names)

@@ -4,8 +4,8 @@
 ``python benchmarks/gap/law_halves.py --none 20 [--runs 4] [--seed 7301]``
 
 Causes in nobody's list, drawn by the blind plant.  The form is chosen, its numbers searched and its coefficients fitted
-on the first, third, ... run alone; then one size of the whole law, 1 being the one told, is fitted to the other runs.
-It holds where 1 lies within the 90 % interval that the law's own sd and that of the other runs make together.  Told
+on the first, third, ... run alone; then one size of the whole law, 1 being the one stated, is fitted to the other runs.
+It holds where 1 lies within the 90 % interval that the law's own sd and that of the other runs make together.  Stated
 too: the share of what the law closes in the other half that the same form closes there with coefficients of its own.
 The search is called directly, without the rest of the diagnosis.  With ``--none`` series without effect, white,
 correlated and lens noise in turn: each law that is found is a false one.
@@ -124,11 +124,11 @@ def tell_halves(options):
             kind, options.size, np.random.default_rng([options.seed, number]), options.runs, "white"
         )
         for _, rows, asked in problems(CAUSES[kind].stage, fitted, series):
-            told = one_half(rows, *asked)
-            if told is None:
+            answer = one_half(rows, *asked)
+            if answer is None:
                 print(f"| {kind} | - | - | - | - | none |", flush=True)
                 continue
-            law, ((_, own_sd), (size, sd)), share = told
+            law, ((_, own_sd), (size, sd)), share = answer
             reach = NORMAL_90 * float(np.hypot(own_sd, sd))
             held.append(abs(size - 1) <= reach)
             print(f"| {kind} | {size:.3f} | +- {reach:.3f} | {held[-1]} | {share:.3f} | {law} |", flush=True)

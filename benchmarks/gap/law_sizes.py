@@ -3,7 +3,7 @@
 ``python benchmarks/gap/law_sizes.py [--kinds a,b] [--seeds 11,12] [--runs 6] [--size 0.8]``
 
 Effects of the library whose formula is known, drawn by the blind plant under white, correlated and lens noise; the
-nominal model does not hold them, and the search of the missing law is called directly.  Told is every number of a law
+nominal model does not hold them, and the search of the missing law is called directly.  Stated is every number of a law
 whose form is the effect's, off by so many of its own sds.
 """
 
@@ -50,7 +50,7 @@ FORMS = {
 }
 
 
-def told_numbers(kind, rng, runs, size, noise):
+def stated_numbers(kind, rng, runs, size, noise):
     """Names of the parts that were found, and (number, sds off the truth, relative sd) of each."""
     made = make_series(kind, size, rng, runs, noise)
     with tempfile.TemporaryDirectory() as folder:
@@ -65,12 +65,12 @@ def told_numbers(kind, rng, runs, size, noise):
         return [], []
     sized, truth = law.sized, made.truth["parameters"][kind]
     numbers = with_sds(lambda v: in_world(law_at(sized.parts, v), series.frame), sized.values, sized.covariance)
-    told = [
+    checks = [
         (name, (numbers[name][0] - factor * truth[own]) / numbers[name][1], numbers[name][1] / abs(factor * truth[own]))
         for name, own, factor in FORMS[kind][1]
         if name in numbers and own in truth
     ]
-    return [part.name for part in found.parts], told
+    return [part.name for part in found.parts], checks
 
 
 def main():
@@ -86,10 +86,10 @@ def main():
         for seed in map(int, options.seeds.split(",")):
             for noise in ("white", "ar1", "warp"):
                 rng = np.random.default_rng([seed, 7])
-                parts, told = told_numbers(kind, rng, options.runs, options.size, noise)
+                parts, checks = stated_numbers(kind, rng, options.runs, options.size, noise)
                 right = len(parts) == 1 and parts[0].startswith(FORMS[kind][0])
-                off += [z for _, z, _ in told] if right else []
-                words = "; ".join(f"{name} {z:+.2f} ({sd:.2g})" for name, z, sd in told)
+                off += [z for _, z, _ in checks] if right else []
+                words = "; ".join(f"{name} {z:+.2f} ({sd:.2g})" for name, z, sd in checks)
                 print(f"| {kind} | {seed} | {noise} | {' and '.join(parts) or 'none'} | {words} |", flush=True)
     inside = int(np.sum(np.abs(off) < NORMAL_90))
     rms = float(np.sqrt(np.mean(np.square(off))))

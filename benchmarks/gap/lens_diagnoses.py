@@ -37,7 +37,7 @@ def write_case(folder: Path, seed: int, case: int, tilted: bool, at_home: bool) 
         way = rng.uniform(0, 2 * np.pi)
         x, y = TILT_RAD * np.cos(way), TILT_RAD * np.sin(way)
         outline.draft.view["plane_rad"] = (x, y)
-        outline.truth["parameters"] = {"plane_tilt": place.told("plane_tilt", {"x_rad": x, "y_rad": y})}
+        outline.truth["parameters"] = {"plane_tilt": place.world_parameters("plane_tilt", {"x_rad": x, "y_rad": y})}
     series = run_outline(outline, rng)
     part = folder.with_suffix(".part")
     write_series(series, part)

@@ -61,13 +61,13 @@ def main() -> None:
     right, inside = [], []
     for number, pair in list(enumerate(pairs))[args.first : args.first + args.count]:
         rng = np.random.default_rng([args.seed, number])
-        told, left, truth = asked(pair, args.severity, args.runs, NOISES[number % len(NOISES)], rng)
-        later = BY_ITS_LAW in pair and BY_ITS_LAW not in told
-        right.append(set(told) == set(pair) - ({BY_ITS_LAW} if later else set()) and len(left) == later)
-        checks = parameter_checks(truth, {"parameters": told})
+        answered, left, truth = asked(pair, args.severity, args.runs, NOISES[number % len(NOISES)], rng)
+        later = BY_ITS_LAW in pair and BY_ITS_LAW not in answered
+        right.append(set(answered) == set(pair) - ({BY_ITS_LAW} if later else set()) and len(left) == later)
+        checks = parameter_checks(truth, {"parameters": answered})
         inside += [check["inside"] for check in checks]
         off = [f"{c['parameter']} {c['value']:.4g} for {c['true']:.4g}" for c in checks if not c["inside"]]
-        verdict = "right" if right[-1] else f"WRONG: {', '.join(told)}"
+        verdict = "right" if right[-1] else f"WRONG: {', '.join(answered)}"
         rest = "".join(f"; {word}: {', '.join(what)}" for word, what in (("left", left), ("outside", off)) if what)
         print(f"{number:4d} {' + '.join(pair)} ({truth['noise']}): {verdict}{rest}", flush=True)
     print(f"right in every point {sum(right)} of {len(right)}; intervals {np.mean(inside):.2f} of {len(inside)}")

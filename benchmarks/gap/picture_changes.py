@@ -1,11 +1,11 @@
-"""How surely is it told what has happened to a camera since its calibration, and how often where nothing has?
+"""How surely is it found what has happened to a camera since its calibration, and how often where nothing has?
 
 ``python benchmarks/gap/picture_changes.py [--series 12] [--runs 4] [--seed 7]``
 
 Series of the blind plant, white, correlated and lens noise in turn: without any cause, with a first camera that was
 focused anew or whose lens was knocked off its axis, with a second whose picture is skewed, and with boards that were
-longer one way or bowed, at three severities.  Told: natural logarithm of the odds of the likeliest change (what is told
-needs 6 and the logarithm of how many were tried), and its size over the true one.
+longer one way or bowed, at three severities.  Stated: natural logarithm of the odds of the likeliest change (what is
+reported needs 6 and the logarithm of how many were tried), and its size over the true one.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def main() -> None:
     asked = parser.parse_args()
     needed = looked_for.SURE + np.log(number_tried(2))
     looked_for.SURE, looked_for.MOST_CHANGES = -np.inf, 1  # the likeliest, however likely
-    print(f"told from {needed:.1f} on")
+    print(f"reported from {needed:.1f} on")
     for number in range(asked.series):
         noise = NOISE[number % 3]
         target, _, odds, _ = likeliest("none", 1.0, asked.seed + number, asked.runs, noise)

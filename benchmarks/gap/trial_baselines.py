@@ -6,7 +6,7 @@ Of each case with an unlisted cause in the flights, at the impacts or of the wal
 the listed effects that the ladder names: flights over their noise; restitution, impulse along the wall and spin of the
 impacts; contact radii.  Each method's sizes are fitted to the other runs, run by run.  Its figure is the share of what
 the oracle closes of the squared error of runs held out: the plant's own law, asked where the disk really was, with all
-that disk, floor and wall remember (`ovines.pipeline.series.law_oracle`).  Below 0 a prediction is worse than none.
+that disk, floor and wall remember (`ovines.pipeline.blind.law_oracle`).  Below 0 a prediction is worse than none.
 
 - answered: the laws that stand in TRIAL/answers.  Blind, if the trial was when it was answered.
 - today: what the search finds with today's code.  In view.
@@ -35,8 +35,8 @@ from analysis.gap.written_laws import write_laws
 from benchmarks.gap.baselines import blow_features, flight_features, squares_of
 from ovines.core.laws.formula import as_text
 from ovines.law_file import read_law
+from ovines.pipeline.blind.law_oracle import PlantsRuns, law_share, remembered_runs, rows_of, unlisted_asked
 from ovines.pipeline.series.diagnosis import load_series
-from ovines.pipeline.series.law_oracle import PlantsRuns, law_share, remembered_runs, rows_of, unlisted_asked
 from ovines.recording import read_series
 
 METHODS = ("answered", "today", "library", "library, chosen without the run", "sparse", "Gaussian process")
@@ -106,10 +106,10 @@ def main():
             cells = " | ".join(f"{shares[name]:.2f}" if name in shares else "" for name in METHODS)
             numbers = f"{share.before:.3g} | {share.oracle:.3g} | {share.size:.2f}"
             print(f"| {i + 1} | {cause} | {share.stage} | {numbers} | {cells} |  {'; '.join(laws)}", flush=True)
-    told = [name for name in METHODS if every[name]]
-    print("median: " + "; ".join(f"{name} {np.median(every[name]):.2f}" for name in told))
+    methods = [name for name in METHODS if every[name]]
+    print("median: " + "; ".join(f"{name} {np.median(every[name]):.2f}" for name in methods))
     print("0.8 or more: " + "; ".join(
-        f"{name} {np.sum(np.array(every[name]) >= 0.8)} of {len(every[name])}" for name in told
+        f"{name} {np.sum(np.array(every[name]) >= 0.8)} of {len(every[name])}" for name in methods
     ))  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """What scored trials say by severity: ``python benchmarks/gap/trial_severity.py TRIAL [TRIAL ...]``.
 
-Of each trial's score.json how many causes were detected in bands of severity (an unlisted one: something is told as
+Of each trial's score.json how many causes were detected in bands of severity (an unlisted one: something is said to be
 left in its stage; a listed one: it is named), with Wilson's 90 % interval; log scores; and what came of probabilities
 of 0.99 and more.
 """
@@ -21,7 +21,7 @@ BANDS = (0.3, 0.5, 0.7, 0.9, 1.4)
 def detected(cases, low, high, listed):
     """Whether each cause of a band was detected; of several listed ones in a case, whether all are named."""
     return [
-        case["all_named" if listed else "left_told"]
+        case["all_named" if listed else "left_found"]
         for case in cases
         for name, size in case["sizes"].items()
         if low <= size < high and CAUSES[name].listed == listed

@@ -68,7 +68,7 @@ def lens_bounds(rig: RigFit, scatter: float, linear: Sequence[float]) -> list[fl
     for name in names:
         step = STEP_M if name in (*LENS_TERMS, *ORIGIN) else STEP
         slopes.append((restitution_of(rig, {name: step}) - restitution_of(rig, {name: -step})) / (2 * step))
-    slope, told = (
+    slope, information = (
         np.array(slopes),
         sum(e.take(columns_of(names))[0] for e in rig.floor.evidence) / max(rig.floor.scale, 1.0) ** 2,
     )
@@ -80,7 +80,7 @@ def lens_bounds(rig: RigFit, scatter: float, linear: Sequence[float]) -> list[fl
         }
         prior_sd = np.array([{**sizes, **dict.fromkeys(ORIGIN, ORIGIN_SD_M)}.get(name, WEAK_SD) for name in names])
         # In units of the priors: friction, metres and rates differ by ten orders of magnitude.
-        covariance = np.linalg.inv(told * np.outer(prior_sd, prior_sd) + np.eye(len(names))) * np.outer(
+        covariance = np.linalg.inv(information * np.outer(prior_sd, prior_sd) + np.eye(len(names))) * np.outer(
             prior_sd, prior_sd
         )
         bounds.append(float(np.sqrt(restitution_bound(rig.data, scatter) ** 2 + slope @ covariance @ slope)))

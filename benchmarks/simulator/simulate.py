@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.special import ellipe, ellipk
 
-from ovines.core import Host, ImpactLaw, Nes, Scenario, simulate, simulate_ensemble
+from ovines.core import Host, ImpactLaw, Nes, Scenario, Workers, simulate, simulate_ensemble
 from ovines.core.system.friction import floor_friction
 from ovines.core.system.named import named_scenario
 
@@ -192,7 +192,7 @@ def table_13(fast: bool) -> None:
     simulate(scenario)
     ours, result = best_of(lambda: simulate(scenario), 20)
     exact = result.impacts["time_s"]
-    bare, _ = best_of(lambda: simulate_ensemble(scenario, 64, {}, np.random.default_rng(0), jobs=1))
+    bare, _ = best_of(lambda: simulate_ensemble(scenario, 64, {}, np.random.default_rng(0), workers=Workers(jobs=1)))
     bare /= 64
     print(f"Table 13 to tau = {span:.0f}: {len(exact)} impacts")
     line("this core, energy balance kept", ours, len(exact), ours)
@@ -217,7 +217,9 @@ def table_13(fast: bool) -> None:
         apart = []
         for _ in range(5):  # in turn: a machine that others use is fast one minute and slow the next
             theirs, impacts = best_of(work, 1)
-            ours, _ = best_of(lambda: simulate_ensemble(scenario, 64, {}, np.random.default_rng(0), jobs=1), 1)
+            ours, _ = best_of(
+                lambda: simulate_ensemble(scenario, 64, {}, np.random.default_rng(0), workers=Workers(jobs=1)), 1
+            )
             apart.append((theirs / lanes) / (ours / 64))
         line(f"heyoka, {lanes} lanes, tolerance {tolerance:g}", theirs / lanes, int(impacts), ours / 64)
         print(f"    five pairs in turn: {min(apart):.2f} to {max(apart):.2f}, median {np.median(apart):.2f}")
@@ -235,7 +237,7 @@ def shaken(fast: bool) -> None:
     count = 2000 if fast else 100_000
     spread = {"nes_x_m": 1e-4, "nes_y_m": 1e-4}
     simulate_ensemble(scenario, 4, spread, np.random.default_rng(0))
-    one, _ = best_of(lambda: simulate_ensemble(scenario, 100, {}, np.random.default_rng(0), jobs=1))
+    one, _ = best_of(lambda: simulate_ensemble(scenario, 100, {}, np.random.default_rng(0), workers=Workers(jobs=1)))
     one /= 100
     print("Tables 14-15, case 2, 1 s")
     line("this core, one run of an ensemble", one, len(simulate(scenario).impacts), one)
@@ -255,7 +257,7 @@ def straight() -> None:
     """Straight flights: fixed Host, no friction."""
     scenario = Scenario("straight", Nes(0.01, 0.02), Host(0.05), ImpactLaw(1.0, 0.0, 0.0), 1e5, None,
                         (0.01, 0.0, 3.0, 1.0, 0.0, 0.0), sample_rate_hz=0.0, max_impacts=20000)  # fmt: skip
-    seconds, _ = best_of(lambda: simulate_ensemble(scenario, 10, {}, np.random.default_rng(0), jobs=1))
+    seconds, _ = best_of(lambda: simulate_ensemble(scenario, 10, {}, np.random.default_rng(0), workers=Workers(jobs=1)))
     print(f"Straight flights: {10 * 20000 / seconds:.0f} impacts per second and core")
 
 

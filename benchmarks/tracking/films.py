@@ -118,18 +118,18 @@ def pose(truth: pd.DataFrame, points: pd.DataFrame, recording: Recording) -> str
 
 def walls(found: Tracks, recording: Recording) -> str:
     """Errors of the radii from the images, in um, and what the notes say of them."""
-    told = []
+    lines = []
     for body, radius_m in (
         ("host", recording.bodies["host"].inner_radius_m),
         ("nes", recording.bodies["nes"].radius_m),
     ):
         own = found.walls[found.walls["body"] == body]
-        told.append(
+        lines.append(
             f"{'-':>7s} {'-':>6s}"
             if len(own) < 3
             else "{:7.2f} {:6.2f}".format(*(1e6 * np.array(scatter_of(own)) - [1e6 * radius_m, 0]))
         )
-    return " ".join(told)
+    return " ".join(lines)
 
 
 if __name__ == "__main__":

@@ -202,8 +202,8 @@ def row(folder: Path, film: Film, frames: int, seed: int) -> str:
     except InputError as error:
         return f"refused: {error}"
     clock_ms = 1e3 * (time.perf_counter() - began) / frames
-    told = [note for note in found.notes if "from images" not in note]
-    return judged(truth, found.tracks, film.disc_px) + f" | {clock_ms:.0f}" + "".join(f"\n    {note}" for note in told)
+    notes = [note for note in found.notes if "from images" not in note]
+    return judged(truth, found.tracks, film.disc_px) + f" | {clock_ms:.0f}" + "".join(f"\n    {note}" for note in notes)
 
 
 def judged(truth: pd.DataFrame, tracks: pd.DataFrame, disc_px: float) -> str:

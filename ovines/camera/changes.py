@@ -1,4 +1,4 @@
-"""What has become of cameras since, or by, their calibration, told by its form and a few numbers."""
+"""What has become of cameras since, or by, their calibration, given by its form and a few numbers."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The core simulator: a disk in a moving container; next contact, move to it, resolve it."""
 
 from ovines.core.energies import EnergyBalance
-from ovines.core.ensemble import EnsembleResult, simulate_ensemble
+from ovines.core.ensemble import EnsembleResult, Workers, simulate_ensemble
 from ovines.core.refusal import ScenarioError
 from ovines.core.simulate import SimulationResult, simulate
 from ovines.core.system.model import FloorFriction, Harmonic, Host, ImpactLaw, MeasuredMotion, Nes, Scenario, Suspension
@@ -19,6 +19,7 @@ __all__ = [
     "ScenarioError",
     "SimulationResult",
     "Suspension",
+    "Workers",
     "simulate",
     "simulate_ensemble",
 ]

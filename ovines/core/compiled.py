@@ -26,7 +26,7 @@ Ints = npt.NDArray[np.int64]
 Function = Callable[..., Any]
 
 # Compiled code holds their numbers.
-CONSTANTS = ("system/parameters.py", "laws/words.py", "integration/dop853.py", "compiled.py", "kernel.py")
+CONSTANTS = ("state.py", "system/parameters.py", "laws/words.py", "integration/dop853.py", "compiled.py", "kernel.py")
 
 
 def source_stamp(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.system import parameters as P
 from ovines.core.system.host import base_motion_at
 from ovines.core.system.packed import Packed
@@ -61,9 +62,9 @@ def stored(states: np.ndarray, packed: Packed, times_s: np.ndarray) -> dict[str,
     y = states.T
     none = np.zeros(len(states))
     energies = dict.fromkeys(STORES, none) | {
-        "nes_kinetic_j": 0.5 * p[P.MASS] * (y[2] ** 2 + y[3] ** 2),
-        "nes_spin_j": 0.5 * p[P.INERTIA] * y[5] ** 2,
-        "nes_potential_j": -p[P.MASS] * (p[P.GRAVITY_X] * y[0] + p[P.GRAVITY_Y] * y[1]),
+        "nes_kinetic_j": 0.5 * p[P.MASS] * (y[S.VX] ** 2 + y[S.VY] ** 2),
+        "nes_spin_j": 0.5 * p[P.INERTIA] * y[S.SPIN] ** 2,
+        "nes_potential_j": -p[P.MASS] * (p[P.GRAVITY_X] * y[S.X] + p[P.GRAVITY_Y] * y[S.Y]),
     }
     host = y[P.HOST :]
     if p[P.INVERSE_HOST_MASS] > 0.0:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, copy_into, inlined, making_arrays
 from ovines.core.contact.along_wall import GOES_ON, HITS, corner_partner, follow_wall
 from ovines.core.contact.collision import resolve
@@ -66,16 +67,16 @@ def fly_integrated(
     """Integrated flight to the next contact, in place: (time, wall or -1)."""
     p, k = system.p, system.k
     a, b, cx, cy, between = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(P.N_STATE)
-    fast = p[P.SPEED] + math.hypot(y[2], y[3])
+    fast = p[P.SPEED] + math.hypot(y[S.VX], y[S.VY])
     h = min(0.05 * p[P.LENGTH] / fast, p[P.MAX_STEP])
     n = k[P.STATE_SIZE]
     flight_slopes(t, y, system, work, work[0])
     relative(t, y, system, work, work[0], a)
     while t < end:
         if k[P.ON_GROUND] and can_rest(y, system):
-            y[2], y[3] = 0.0, 0.0
+            y[S.VX], y[S.VY] = 0.0, 0.0
             if p[P.COUPLING] > 0.0:
-                y[5] = 0.0
+                y[S.SPIN] = 0.0
             return t, -2
         s = asked = smooth_span(t, y, min(h, end - t), system, work[0])
         error = flight_step(t, y, s, 0.0, system, work, trial)
@@ -154,7 +155,7 @@ def run(
     trial, low = np.zeros(P.N_STATE), np.zeros(P.N_STATE)
     end = p[P.DURATION]
     t, grace = 0.0, 0.0
-    forget_contacts(y[4], p)
+    forget_contacts(y[S.ANGLE], p)
     place(0.0, y, system, work[P.SCRATCH], work[P.PLACE])
     begin_way(0.0, work[P.PLACE], p)
     if p[P.BEGINS_WITH] >= 0.0:
@@ -186,7 +187,7 @@ def run(
                 continue
             if event != HITS:
                 mode = P.FLIGHT
-                grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
+                grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
                 continue
         copy_into(before, y)
         mode, duration, counted = resolve(t, y, wall, system, work, record)
@@ -205,7 +206,7 @@ def run(
             if other >= 0:
                 wall += P.PAIR * other
         elif mode == P.FLIGHT and not counted:
-            grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
+            grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
     while due(samples, math.nextafter(t, math.inf)):
         keep_sample(y, system, work, samples)
     return t, n_impacts, n_contacts, in_contact

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats
 from ovines.core.energies import LOSSES
 from ovines.core.engine import run
@@ -23,8 +24,8 @@ from ovines.core.system.packed import Packed, Samples, System
 Spread = float | tuple[float, float] | np.ndarray  # normal about the scenario's value, uniform, or a sweep
 STATE_PLACES = {
     "nes_x_m": 0, "nes_y_m": 1, "nes_vx_m_per_s": 2, "nes_vy_m_per_s": 3, "nes_angle_rad": 4, "nes_spin_rad_per_s": 5,
-    "host_x_m": P.HOST, "host_y_m": P.HOST + 1, "host_vx_m_per_s": P.HOST + 2, "host_vy_m_per_s": P.HOST + 3,
-    "host_angle_rad": P.HOST + 4, "host_spin_rad_per_s": P.HOST + 5,
+    "host_x_m": P.HOST, "host_y_m": P.HOST + S.Y, "host_vx_m_per_s": P.HOST + S.VX, "host_vy_m_per_s": P.HOST + S.VY,
+    "host_angle_rad": P.HOST + S.ANGLE, "host_spin_rad_per_s": P.HOST + S.SPIN,
 }  # fmt: skip
 NUMBER_PLACES = {
     "restitution": P.RESTITUTION, "wall_friction": P.WALL_FRICTION,
@@ -37,6 +38,21 @@ NUMBER_BOUNDS = {
 DRIVE_COLUMNS = {"drive_amplitude_factor": 1, "drive_frequency_factor": 2, "drive_phase_shift_rad": 3}
 CHUNK = 500  # runs that a thread or a worker takes at once
 SPREADABLE = (*STATE_PLACES, *NUMBER_PLACES, *DRIVE_COLUMNS)
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who runs an ensemble: ``jobs`` threads (None: all cores), or the workers of a ``client`` (``distributed.Client``;
+    a lost worker's chunks run again), ``chunk`` runs at once each.  ``progress`` is called with numbers of runs done.
+    """
+
+    jobs: int | None = None
+    client: Any = None
+    progress: Callable[[int], object] | None = None
+    chunk: int = CHUNK
+
+
+ALL_CORES = Workers()
 
 
 @dataclass(frozen=True)
@@ -89,24 +105,19 @@ def simulate_ensemble(
     n: int,
     spread: Mapping[str, Spread],
     rng: np.random.Generator,
-    jobs: int | None = None,
-    client: Any = None,
-    progress: Callable[[int], object] | None = None,
     sample_times_s: np.ndarray | None = None,
-    chunk: int = CHUNK,
     tolerance: float = 1e-9,
     with_energies: bool = False,
+    workers: Workers = ALL_CORES,
 ) -> EnsembleResult:
     """Run ``scenario`` ``n`` times with quantities of :data:`SPREADABLE` drawn or swept.
 
     ``spread`` maps a name to a standard deviation (normal, about the scenario's value; about 0 or 1 for a phase shift
     or a factor), a pair (uniform) or an array (n,) (a sweep).  All draws are made here, so the answer does not depend
-    on
-    ``jobs`` (threads; None: all cores), on ``client`` (a ``distributed.Client``; a lost worker's chunks run again) or
-    on ``chunk``.  ``tolerance`` is the integrator's: an ensemble speaks of statistics, which 1e-9 leaves alone (mean
-    impacts of 1,000 runs of Table 15 case 2: 14.556 against 14.555 at 1e-11) at two thirds of the time.  Starts that
-    fall outside a wall are drawn again.  ``progress`` is called with numbers of runs done.  ``with_energies`` also
-    follows the energies: hardly more time with floor friction, seven times as long for closed flights over springs.
+    on the ``workers``.  ``tolerance`` is the integrator's: an ensemble speaks of statistics, which 1e-9 leaves alone
+    (mean impacts of 1,000 runs of Table 15 case 2: 14.556 against 14.555 at 1e-11) at two thirds of the time.  Starts
+    that fall outside a wall are drawn again.  ``with_energies`` also follows the energies: hardly more time with floor
+    friction, seven times as long for closed flights over springs.
 
     Examples
     --------
@@ -121,16 +132,16 @@ def simulate_ensemble(
     packed = pack(replace(scenario, tolerance=tolerance), with_energy=with_energies)
     times = np.zeros(0) if sample_times_s is None else np.ascontiguousarray(sample_times_s, dtype=float)
     p_rows, drives, y_rows, drawn = draw(packed, n, spread, rng)
-    pieces = [slice(start, min(start + chunk, n)) for start in range(0, n, chunk)]
+    pieces = [slice(start, min(start + workers.chunk, n)) for start in range(0, n, workers.chunk)]
     tasks = [
         (packed.system._replace(p=p_rows[piece], drive=drives[piece]), y_rows[piece], times, with_energies)
         for piece in pieces
     ]
     results: list[tuple[Floats, ...]] = [()] * len(pieces)
-    for index, result in _spread_out(tasks, jobs, client):
+    for index, result in _spread_out(tasks, workers):
         results[index] = result
-        if progress is not None:
-            progress(len(result[0]))
+        if workers.progress is not None:
+            workers.progress(len(result[0]))
     if not results:
         results = [run_chunk(packed.system._replace(p=p_rows, drive=drives), y_rows, times, with_energies)]
     finals, counts, spans, samples, moved = (np.concatenate(parts) for parts in zip(*results, strict=True))
@@ -139,18 +150,16 @@ def simulate_ensemble(
     return EnsembleResult(drawn, finals, counts[:, 0], counts[:, 1], spans[:, 0], spans[:, 1], times, samples, energies)
 
 
-def _spread_out(
-    tasks: Sequence[tuple[Any, ...]], jobs: int | None, client: Any
-) -> Iterator[tuple[int, tuple[Floats, ...]]]:
+def _spread_out(tasks: Sequence[tuple[Any, ...]], workers: Workers) -> Iterator[tuple[int, tuple[Floats, ...]]]:
     """Run chunks and yield (index, result) as they finish."""
-    if client is not None:
+    if workers.client is not None:
         from distributed import as_completed as as_finished
 
-        futures = {client.submit(run_chunk, *task, pure=False, retries=3): i for i, task in enumerate(tasks)}
+        futures = {workers.client.submit(run_chunk, *task, pure=False, retries=3): i for i, task in enumerate(tasks)}
         for future in as_finished(list(futures)):
             yield futures[future], future.result()
         return
-    pool = ThreadPoolExecutor(max_workers=jobs or os.cpu_count())
+    pool = ThreadPoolExecutor(max_workers=workers.jobs or os.cpu_count())
     try:
         futures = {pool.submit(run_chunk, *task): i for i, task in enumerate(tasks)}
         for future in as_completed(futures):

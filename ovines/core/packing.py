@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.effects import EFFECTS
 from ovines.core.effects.effect import unchanged
 from ovines.core.effects.written_laws import with_laws
@@ -186,13 +187,13 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
     k[P.PLAIN] = k[P.PLAIN] and not len(packed.law)
     k[P.FLOOR_TURNS] = driven and (turning.any() or k[P.HAS_TABLE])
     if k[P.OFF_CENTRE]:
-        cosine, sine = math.cos(y[4]), math.sin(y[4])
+        cosine, sine = math.cos(y[S.ANGLE]), math.sin(y[S.ANGLE])
         dx, dy = cosine * p[P.MASS_X] - sine * p[P.MASS_Y], sine * p[P.MASS_X] + cosine * p[P.MASS_Y]
-        y[0], y[1] = y[0] + dx, y[1] + dy
-        y[2], y[3] = y[2] - y[5] * dy, y[3] + y[5] * dx
+        y[S.X], y[S.Y] = y[S.X] + dx, y[S.Y] + dy
+        y[S.VX], y[S.VY] = y[S.VX] - y[S.SPIN] * dy, y[S.VY] + y[S.SPIN] * dx
     rubbing = p[P.FLOOR_FRICTION] * p[P.FLOOR_LOAD] * (1.0 + abs(p[P.ROCKING]))
     pull = math.hypot(p[P.GRAVITY_X], p[P.GRAVITY_Y]) + rubbing
-    own = math.hypot(y[2], y[3]) + math.hypot(y[P.HOST + 2], y[P.HOST + 3]) + p[P.RADIUS] * abs(y[5])
+    own = math.hypot(y[S.VX], y[S.VY]) + math.hypot(y[P.HOST + S.VX], y[P.HOST + S.VY]) + p[P.RADIUS] * abs(y[S.SPIN])
     scale = own + speed + math.sqrt(pull * p[P.LENGTH])
     p[P.SPEED] = scale if scale > 0.0 else 1.0
     done = replace(packed, p=p, k=k, y=y)

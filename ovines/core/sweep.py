@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from ovines.core.energies import LOSSES
-from ovines.core.ensemble import SPREADABLE, EnsembleResult, Spread, simulate_ensemble
+from ovines.core.ensemble import ALL_CORES, SPREADABLE, EnsembleResult, Spread, Workers, simulate_ensemble
 from ovines.core.refusal import require
 from ovines.core.system.model import Scenario
 
@@ -33,14 +32,13 @@ def sweep(
     runs: int,
     spread: Mapping[str, Spread],
     rng: np.random.Generator,
-    client: Any = None,
-    progress: Callable[[int], object] | None = None,
+    workers: Workers = ALL_CORES,
 ) -> list[dict[str, float]]:
     """``runs`` scattered copies of ``scenario`` at every combination of the values in ``over`` (names of
     :data:`SWEPT`): a row per point, the first name running slowest.
 
     A row has the point, mean, sd, median, 5 % and 95 % of each of :data:`OUTCOMES` over the runs, and the mean power
-    (W) of every channel of loss and of the driver.  ``spread``, ``client`` and ``progress`` as in
+    (W) of every channel of loss and of the driver.  ``spread`` and ``workers`` as in
     :func:`ovines.core.ensemble.simulate_ensemble`.
     """
     for name, values in over.items():
@@ -55,7 +53,7 @@ def sweep(
         here = [point for point in points if all(point[name] == value for name, value in own)]
         swept = {name: np.repeat([point[name] for point in here], runs) for name in over if name not in OWN}
         found = simulate_ensemble(
-            changed, runs * len(here), {**spread, **swept}, rng, client=client, progress=progress, with_energies=True
+            changed, runs * len(here), {**spread, **swept}, rng, with_energies=True, workers=workers
         )
         rows += [point | summary(found, slice(k * runs, (k + 1) * runs)) for k, point in enumerate(here)]
     return sorted(rows, key=lambda row: [row[name] for name in over])

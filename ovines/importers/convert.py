@@ -89,17 +89,17 @@ def points_table(
     Positions are turned by ``axes`` and scaled to metres; what the file gives no sd for has a null one.
     """
     notes: list[str] = []
-    decimals, told = 0, None
+    decimals, file_unit = 0, None
     if _is_json(path):
         rows = numbered(vibration_tracker.read_points(path), ("x", "y", "z"), markers, recording, path)
         axes = axes or BOARD_AXES
     else:
         if path.suffix.lower() == ".trc":
-            rows, told = trc.read_trc(path)
+            rows, file_unit = trc.read_trc(path)
         else:
-            rows, told, decimals, unused = marker_csv.read_csv(path)
+            rows, file_unit, decimals, unused = marker_csv.read_csv(path)
             notes += _unused(path, unused)
-            if told == "px" or not {"x", "y", "z"} <= set(rows.columns):
+            if file_unit == "px" or not {"x", "y", "z"} <= set(rows.columns):
                 raise InputError(
                     f"{path}: columns {', '.join(map(str, rows.columns))}",
                     "three coordinates x, y, z in a unit of length",
@@ -107,7 +107,7 @@ def points_table(
                 )
         rows = without_zeros(renamed(rows, markers, path), ["x", "y", "z"], zeros, str(path))
         axes = axes or AS_THEY_ARE
-    scale, world = metres(unit, told, str(path)), turn(axes)
+    scale, world = metres(unit, file_unit, str(path)), turn(axes)
     rows = of_known_markers(rows, recording, notes)
     place = scale * rows[["x", "y", "z"]].to_numpy(float) @ world.T
     table = pd.DataFrame(

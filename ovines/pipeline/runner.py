@@ -76,9 +76,9 @@ def run_stages(
 
     A stage runs when an output is missing or the hash of what it reads, of its own parameters or of its code has
     changed; ``force`` runs it anyway (with ``only``: that one). Before a stage runs, its outputs and those of the
-    stages after it are removed: what stands in a results folder was made from what stands there.  ``compiles`` is told
-    what to show while code is compiled (:func:`ovines.first_run.compiling`); with it a second process helps.
-    ``in_series``: a page of the series stands above ``out``.
+    stages after it are removed: what stands in a results folder was made from what stands there.  ``compiles`` is
+    called with what to show while code is compiled (:func:`ovines.first_run.compiling`); with it a second process
+    helps. ``in_series``: a page of the series stands above ``out``.
     """
     refuse_folder(out)
     refuse_contradictions(recording)

@@ -1,1 +1,1 @@
-"""What of a recording cannot be, or is doubtful, told before it is processed."""
+"""What of a recording cannot be, or is doubtful, reported before it is processed."""

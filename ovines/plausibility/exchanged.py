@@ -27,7 +27,7 @@ VIEWS = 2
 
 
 class Exchange(NamedTuple):
-    """Two ``markers`` from frame ``first`` to ``last``, told by so many ``frames`` in which their views miss each other
+    """Two ``markers`` from frame ``first`` to ``last``, seen in so many ``frames`` in which their views miss each other
     by up to ``apart_px``."""
 
     markers: tuple[str, str]
@@ -64,8 +64,8 @@ def exchanged_labels(
             meeting = _crossed(frames, pair, tracks, cameras[1].name)
             crossed = triangulate(meeting)
             crossed = crossed.pivot_table(index="frame", columns="marker", values="epipolar_px").abs()
-            told = crossed.index[(crossed < MEETING_SD * sd_px).all(axis=1)].to_numpy(np.int64)
-            out += [_told(pair, stretch, apart) for stretch in _stretches(told) if len(stretch) >= FEWEST_FRAMES]
+            swapped = crossed.index[(crossed < MEETING_SD * sd_px).all(axis=1)].to_numpy(np.int64)
+            out += [_exchange(pair, stretch, apart) for stretch in _stretches(swapped) if len(stretch) >= FEWEST_FRAMES]
     return sorted(out, key=lambda one: one.first)
 
 
@@ -92,6 +92,6 @@ def _stretches(frames: NDArray[np.int64]) -> list[NDArray[np.int64]]:
     return np.split(frames, np.flatnonzero(np.diff(frames) > LONGEST_GAP) + 1)
 
 
-def _told(pair: tuple[str, str], frames: NDArray[np.int64], apart: pd.DataFrame) -> Exchange:
+def _exchange(pair: tuple[str, str], frames: NDArray[np.int64], apart: pd.DataFrame) -> Exchange:
     largest = float(apart.loc[frames, list(pair)].to_numpy().max())
     return Exchange(pair, int(frames[0]), int(frames[-1]), len(frames), largest)

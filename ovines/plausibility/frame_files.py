@@ -251,7 +251,7 @@ def file_notes(recording: Recording) -> list[str]:
 
 
 def sizes(files: Sequence[Path], read_size: Callable[[Path], tuple[int, int] | None]) -> Counter[tuple[int, int]]:
-    """How many pictures there are of each size (width, height) [px]; those whose size cannot be told are left out."""
+    """How many pictures there are of each size (width, height) [px]; those whose size cannot be read are left out."""
     with ThreadPoolExecutor(READERS) as pool:
         return Counter(size for size in pool.map(read_size, files, chunksize=64) if size is not None)
 

@@ -99,13 +99,13 @@ def rates(recording: Recording, table: pd.DataFrame | None) -> Iterator[tuple[Pl
         return
     if len(frames) < 3:
         return
-    told_hz = 1.0 / float(np.median(np.diff(times_s) / np.diff(frames)))
-    ratio = told_hz / nominal_hz
+    stated_hz = 1.0 / float(np.median(np.diff(times_s) / np.diff(frames)))
+    ratio = stated_hz / nominal_hz
     unit = "; are the times in milliseconds?" if abs(math.log(ratio * 1e3)) < RATE_DOUBTFUL else ""
     yield (
         PlausibilityWarning(
             f"frame_rate_hz = {nominal_hz:g}",
-            f"the times of {name} run at {told_hz:.6g} frames per second{unit}",
+            f"the times of {name} run at {stated_hz:.6g} frames per second{unit}",
             f"correct frame_rate_hz, or the times of {name} (seconds)",
             ("time", "frame_rate_hz"),
         ),

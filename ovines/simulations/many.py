@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ovines.core import EnsembleResult, Scenario, ScenarioError, simulate, simulate_ensemble
+from ovines.core import EnsembleResult, Scenario, ScenarioError, Workers, simulate, simulate_ensemble
 from ovines.core.ensemble import CHUNK
 from ovines.core.packing import contact_radius, pack
 from ovines.core.sweep import SWEPT, sweep
@@ -98,9 +98,8 @@ def run_copies(scenario: Scenario, runs: int, share: float, seed: int, client: A
                 runs,
                 start_spread(scenario, share),
                 rng,
-                client=client,
-                progress=bar.update,
                 with_energies=True,
+                workers=Workers(client=client, progress=bar.update),
             )
     except ScenarioError as error:
         raise InputError(f"--spread {share:g}: {error.found}", error.expected, error.do) from None
@@ -121,7 +120,8 @@ def run_sweep(
     spread = {name: sd for name, sd in start_spread(scenario, share).items() if name not in over}
     try:
         with tqdm(total=runs * points, disable=bars_disabled(), unit="run") as bar:
-            rows = sweep(scenario, over, runs, spread, np.random.default_rng(seed), client, bar.update)
+            workers = Workers(client=client, progress=bar.update)
+            rows = sweep(scenario, over, runs, spread, np.random.default_rng(seed), workers)
     except ScenarioError as error:
         raise InputError(f"{' and '.join(over)} in {scenario.name}: {error.found}", error.expected, error.do) from None
     first, other = (*over, None)[:2]

@@ -216,7 +216,7 @@ def _check_span(frame: pd.DataFrame, source: str) -> None:
 def _check_clock(frame: pd.DataFrame, group: str, source: str) -> None:
     """Within a camera (or the table) a frame has one time, and a later frame a later one."""
     if not group and all(np.all(np.diff(frame[name].to_numpy()) > 0) for name in ("frame", "time_s")):
-        return  # told at once where rows are in order
+        return  # seen at once where rows are in order
     by = [group] if group else []
     instants = frame[[*by, "frame", "time_s"]].drop_duplicates().sort_values([*by, "frame"], kind="stable")
     same = np.ones(max(len(instants) - 1, 0), dtype=bool)

@@ -523,7 +523,7 @@ TABLES: dict[str, Table] = {
                 text("check", "what is held against what"),
                 maybe("value", "what was found, unit of the check"),
                 maybe("limit", "what it is held against"),
-                text("state", '"holds", "fails" or "open" (cannot be told)'),
+                text("state", '"holds", "fails" or "open" (cannot be checked)'),
                 text("found", "the same in words"),
                 text("parameters", "not to be used where it fails, comma between them"),
                 text("do", "what to do where it fails"),

@@ -1,4 +1,4 @@
-"""What a command would cost, told before it is spent: more than a minute or 4 GB stops unless the user says ``--yes``.
+"""What a command would cost, said before it is spent: more than a minute or 4 GB stops unless the user says ``--yes``.
 
 Recordings are what the program is for: of them only a table that would not fit into memory stops.  Where one number of
 the input makes the cost (a simulated time, a rate, a number of runs), a minute does.

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ovines.core import ScenarioError, simulate, simulate_ensemble
+from ovines.core import ScenarioError, Workers, simulate, simulate_ensemble
 from ovines.core.system.named import named_scenario
 
 SHORT = replace(named_scenario("table-15-case-2"), duration_s=0.1)
@@ -13,8 +13,8 @@ SPREAD = {"nes_x_m": 1e-4, "restitution": (0.7, 0.9), "drive_phase_shift_rad": 0
 
 
 def test_rows_do_not_depend_on_jobs_or_chunks():
-    one = simulate_ensemble(SHORT, 60, SPREAD, np.random.default_rng(4), jobs=1, chunk=60)
-    two = simulate_ensemble(SHORT, 60, SPREAD, np.random.default_rng(4), jobs=2, chunk=7)
+    one = simulate_ensemble(SHORT, 60, SPREAD, np.random.default_rng(4), workers=Workers(jobs=1, chunk=60))
+    two = simulate_ensemble(SHORT, 60, SPREAD, np.random.default_rng(4), workers=Workers(jobs=2, chunk=7))
     assert np.array_equal(one.final_state, two.final_state)
     assert np.array_equal(one.drawn["restitution"], two.drawn["restitution"])
 
@@ -48,7 +48,7 @@ def test_draws_have_the_asked_spread_and_stay_inside():
 
 def test_progress_counts_every_run():
     seen = []
-    simulate_ensemble(SHORT, 25, {}, np.random.default_rng(0), chunk=10, progress=seen.append)
+    simulate_ensemble(SHORT, 25, {}, np.random.default_rng(0), workers=Workers(chunk=10, progress=seen.append))
     assert sum(seen) == 25
 
 
@@ -67,7 +67,7 @@ def test_a_real_cluster_that_loses_a_worker_gives_the_same():
     """A local scheduler with two worker processes; one is killed while it works."""
     distributed = pytest.importorskip("distributed")
     scenario = replace(SHORT, duration_s=1.0)
-    alone = simulate_ensemble(scenario, 400, SPREAD, np.random.default_rng(9), chunk=20)
+    alone = simulate_ensemble(scenario, 400, SPREAD, np.random.default_rng(9), workers=Workers(chunk=20))
     with (
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
@@ -82,8 +82,7 @@ def test_a_real_cluster_that_loses_a_worker_gives_the_same():
                 killed.append(victim.pid)
                 victim.process.process._process.kill()
 
-        spread = simulate_ensemble(
-            scenario, 400, SPREAD, np.random.default_rng(9), client=client, chunk=20, progress=kill_once
-        )
+        workers = Workers(client=client, chunk=20, progress=kill_once)
+        spread = simulate_ensemble(scenario, 400, SPREAD, np.random.default_rng(9), workers=workers)
     assert killed
     assert np.array_equal(alone.final_state, spread.final_state)

@@ -11,19 +11,13 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("ovines", "vision", "analysis")
 COMPARISONS, TOLERANCES = ("allclose", "assert_allclose", "isclose"), {"rtol", "atol", "rel_tol", "abs_tol"}
 MOST_PARAMETERS = 8
-#: functions with more of them, and how many: kernels of compiled code, which take arrays one by one, and what hands
-#: every choice of a study on
+#: functions with more of them, and how many: kernels of compiled code, which take arrays one by one
 MANY = {
     "_add_gains": 9,
-    "_cut": 9,
-    "_move": 13,
-    "basins": 9,
-    "compliant_step": 9,
     "contact_tangents": 9,
     "flight_tangents": 9,
     "hold_tangents": 9,
     "meet_wall": 10,
-    "simulate_ensemble": 11,
     "slip_ends_tangents": 9,
     "strike_tangents": 9,
 }

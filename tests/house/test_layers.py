@@ -14,7 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 # docs/architecture.md shows the same list.
 ROWS = """
 ovines.core.kernel
-ovines.errors ovines.robust ovines.core.compiled ovines.core.refusal ovines.core.limits analysis.gap.thresholds
+ovines.errors ovines.robust ovines.core.state ovines.core.compiled ovines.core.refusal ovines.core.limits \
+    analysis.gap.thresholds
 ovines.io ovines.lens_field ovines.workers ovines.new ovines.system_library ovines.core.laws vision.compiled \
     vision.smooth_field \
     analysis.compiled analysis.statistics \
@@ -24,7 +25,7 @@ ovines.tables ovines.camera ovines.recording_schema ovines.core.integration ovin
     analysis.blind.plant.flight analysis.gap.cause analysis.gap.finding
 ovines.law_file ovines.recording ovines.importers.reading ovines.core.contact ovines.core.packing vision.markers \
     vision.video vision.pinhole analysis.blind.plant.wall analysis.blind.recording analysis.gap.tests_by_hand
-ovines.importers.formats vision.one_view analysis.blind.plant.dynamics vision.calibration.bundle \
+ovines.importers.formats vision.one_view analysis.blind.plant.dynamics analysis.blind.cause vision.calibration.bundle \
     vision.calibration.targets vision.tracking.bodies
 ovines.importers ovines.core.engine ovines.core.energies vision.frames vision.calibration vision.triangulate \
     analysis.motion analysis.walls analysis.thesis analysis.blind.causes
@@ -58,6 +59,7 @@ analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovi
 analysis.gap.page.figures
 analysis.gap.page ovines.pipeline
 ovines.pipeline.series
+ovines.pipeline.blind
 ovines.two_results ovines.simulations ovines.commands ovines.commands.options
 ovines.commands.recording ovines.commands.chain ovines.commands.results ovines.commands.diagnosis \
     ovines.commands.simulator ovines.notebook

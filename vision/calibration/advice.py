@@ -27,7 +27,7 @@ ABOVE_NOISE = 4.0  # residual over the points' own sd: real corners' sd is known
 PRINT_SHARE = 0.8  # of the residual that is left without the board's own errors, where these are what is wrong
 LOOSE_FOCAL, LOOSE_CENTRE = 0.005, 0.01  # relative sd of a focal length; sd of the principal point over the sensor
 WRONG_LENGTH = 0.02  # relative error of a known length that is a wrong square size, not the calibration's own sd
-FEWEST_SIGHTINGS = 3  # views of a board's point from which its own place can be told
+FEWEST_SIGHTINGS = 3  # views of a board's point from which its own place can be estimated
 
 
 def coverage(views: Sequence[View], size_px: tuple[int, int]) -> float:

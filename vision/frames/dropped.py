@@ -21,7 +21,7 @@ from vision.markers.perspective import where_on_plane
 
 _REACH = 3  # frames that one camera may lack more than the other; more where their numbers of pictures say so
 _FARTHEST = 24  # of that many frames: beyond, the search takes too long
-_FEWEST_FRAMES = 10  # from which on a shift can be told from noise
+_FEWEST_FRAMES = 10  # from which on a shift can be distinguished from noise
 _SWITCH = 30.0  # log-likelihood that a step from one shift to another must win: dropped frames are rare
 _CAP = 25.0  # squared sigmas at which one residual stops counting: a bad point is no evidence
 _LEAST_SD_PX = 0.15  # calibration and perspective leave this much in a residual, however sharp the centres

@@ -1,4 +1,4 @@
-"""Rolling shutter: rows read one after another, told from moving rigid bodies and taken out of their tracks.
+"""Rolling shutter: rows read one after another, recognised from moving rigid bodies and taken out of their tracks.
 
 A marker in a row that is read d later is seen where it is then.  Across a body that moves with velocity V its markers
 are so shifted against each other by V d, which no pose explains; a lens or a layout does not follow the velocity.

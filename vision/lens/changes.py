@@ -3,9 +3,9 @@ stretch, a skew, a lens that was focused anew or sits off its axis; and what boa
 cameras together.
 
 What a calibration leaves of a lens is smooth and has no form; what happens to a camera has one.  Each form is held
-against the recordings beside a smooth field of any size.  It is told where the recordings are far likelier with it: one
-number then does what a field without a form needs hundreds for.  With it the field has what rigid bodies leave open of
-one without a form, its scale and its tilt.
+against the recordings beside a smooth field of any size.  It is reported where the recordings are far likelier with it:
+one number then does what a field without a form needs hundreds for.  With it the field has what rigid bodies leave open
+of one without a form, its scale and its tilt.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ EXPECTED_SCALE = 3e-3
 # A camera that was touched bends its picture by less (RMS, px): what asks for more is a window, a calibration or an
 # identity that is wrong (a window that was forgotten asked for 13 px).
 MOST_PX = 5.0
-# Natural logarithm of the odds from which a change is told, for each of the forms that were tried.  Of 79 series with
-# a smooth residual of the lens, or with other faults of the cameras, none came to more than 2.5, but for one whose
+# Natural logarithm of the odds from which a change is reported, for each of the forms that were tried.  Of 79 series
+# with a smooth residual of the lens, or with other faults of the cameras, none came to more than 2.5, but for one whose
 # markers bloom (10.7); lenses focused anew by 0.2 px at 300 px came to 59 and 63, beside such a residual to 26.
 SURE = 6.0
 MOST_CHANGES = 3
@@ -137,8 +137,8 @@ def find_changes(
     boards = any(form.camera == BOTH for form in at_last)
     while True:  # what stood beside a form of the boards that was not settled yet may be gone
         columns = _joined(at_last)[0]
-        told = _with_layouts(_beside(solved[number], whole, columns), at_last, seen.scale)
-        mean, covariance = told.sizes(np.arange(columns.shape[1]))
+        beside = _with_layouts(_beside(solved[number], whole, columns), at_last, seen.scale)
+        mean, covariance = beside.sizes(np.arange(columns.shape[1]))
         sure = [float(size @ np.linalg.solve(own, size)) for size, own in _sizes(at_last, (mean, covariance))]
         least = int(np.argmin(sure))
         if not boards or len(at_last) == 1 or sure[least] > SURE_SD**2:
@@ -188,9 +188,9 @@ def _joined(forms: Sequence[Form]) -> tuple[Array, list[NDArray[np.int64]]]:
     return np.hstack([form.columns for form in forms]), [np.arange(*each) for each in pairwise(ends)]
 
 
-def _sizes(forms: Sequence[Form], told: tuple[Array, Array]) -> list[tuple[Array, Array]]:
+def _sizes(forms: Sequence[Form], sizes: tuple[Array, Array]) -> list[tuple[Array, Array]]:
     """Mean and covariance of each form's own columns."""
-    mean, covariance = told
+    mean, covariance = sizes
     return [(mean[at], covariance[np.ix_(at, at)]) for at in _joined(forms)[1]]
 
 
@@ -212,25 +212,25 @@ def _by_run(blocks: Sequence[Block], solve: Callable[[Block], Solved], columns: 
     before, after = np.zeros(len(blocks)), np.zeros(len(blocks))
     for number, block in enumerate(blocks):
         others = whole[0] - block[0], whole[1] - block[1]
-        told = _beside(solve(others), others, columns).sizes(at)[0]
+        predicted = _beside(solve(others), others, columns).sizes(at)[0]
         own = _beside(solve(block), block, columns)
         asked = own.sizes(at)[0]
-        by_own, by_told = (float(2 * own.right @ one - one @ own.information @ one) for one in (asked, told))
-        before[number], after[number] = max(by_own, by_told), max(by_own, by_told) - by_told
+        by_own, by_others = (float(2 * own.right @ one - one @ own.information @ one) for one in (asked, predicted))
+        before[number], after[number] = max(by_own, by_others), max(by_own, by_others) - by_others
     return before, after
 
 
 def _holds(before: Array, after: Array, columns: int) -> bool:
-    """Whether changes hold in runs (R,) that they were not learnt from: most of what each asks for is told by the
+    """Whether changes hold in runs (R,) that they were not learnt from: most of what each asks for is predicted by the
     others, or what is left is what chance makes of it."""
     chance = columns * len(after) ** 2 / max(len(after) - 1, 1)
     left = float(after.sum())
     return left < (1 - HELD_SHARE) * float(before.sum()) or left < min(HELD_CHANCE * chance, float(before.sum()))
 
 
-def _of_camera(form: Form, cameras: Sequence[Camera], told: tuple[Array, Array]) -> PictureChange:
+def _of_camera(form: Form, cameras: Sequence[Camera], size_and_covariance: tuple[Array, Array]) -> PictureChange:
     """A change of one camera in its own unit: two columns are one size along one direction."""
-    size, sd, direction, direction_sd = _along(form.target, *told)
+    size, sd, direction, direction_sd = _along(form.target, *size_and_covariance)
     name, (unit,) = cameras[form.camera].name, form.units
     return PictureChange(name, form.target, size * unit, sd * unit, direction, direction_sd, abs(size))
 
@@ -251,10 +251,10 @@ def _along(target: str, mean: Array, covariance: Array) -> tuple[float, float, f
 
 
 def _of_boards(
-    form: Form, sought: tuple[Array, Array], units: tuple[float, ...], told: tuple[Array, Array]
+    form: Form, sought: tuple[Array, Array], units: tuple[float, ...], size_and_covariance: tuple[Array, Array]
 ) -> PictureChange:
     """What boards that were not true do, in its own unit, along or about what was ``sought``, in its ``units``."""
-    (size,), ((variance,),) = told
+    (size,), ((variance,),) = size_and_covariance
     unit = form.units[0]
     change = PictureChange(
         "", form.target, float(size * unit), float(np.sqrt(variance) * unit), size_px=float(abs(size))

@@ -145,8 +145,8 @@ def _of_rigid_bodies(
             return replace(_nothing(_frames(fewer), why), loose=tuple(loose))
         runs, learnt = fewer, without
     found = learnt.estimate
-    told = f"; nothing is learnt of {', '.join(loose)}, which moves on its body" if loose else ""
-    return replace(found, note=found.note + told, loose=tuple(loose))
+    left_out = f"; nothing is learnt of {', '.join(loose)}, which moves on its body" if loose else ""
+    return replace(found, note=found.note + left_out, loose=tuple(loose))
 
 
 def _at_odds(stretched: Stretched, without: _Learnt) -> bool:

@@ -17,8 +17,8 @@ from vision.lens.lattice import Lattice
 Array = NDArray[np.float64]
 # What boards do has a direction or a place of its own: sought along these as sizes, then settled.
 BOTH = -1
-# What boards do, and what is beside it, counts from so many of its sds on, once settled, and a bow's middle is told;
-# that lies no further off than so many times the RMS distance at which markers went.
+# What boards do, and what is beside it, counts from so many of its sds on, once settled, and a bow's middle is
+# determined; that lies no further off than so many times the RMS distance at which markers went.
 SURE_SD, FURTHEST = 3.0, 3.0
 # Of the polynomial that a board's doing is in a picture: a bow is of third degree in the world, and a view that leans
 # makes 0.4 % of it more.
@@ -98,8 +98,8 @@ def _board_columns(seen: StereoCoverage, moves: Callable[[Array, Array], Array])
     """Columns (P, K) of what ``moves`` (K, N, 2) of places about the middle do to both pictures, 1 px RMS each, and
     what that is in their own units."""
     by_point = [camera.project_with_jacobian(seen.points_m)[1][..., :2] for camera in seen.cameras]
-    told = [_both(seen, [np.einsum("nij,nj->ni", one, moved) for one in by_point]) for moved in moves(*_off(seen))]
-    return np.column_stack([column for column, _ in told]), tuple(unit for _, unit in told)
+    found = [_both(seen, [np.einsum("nij,nj->ni", one, moved) for one in by_point]) for moved in moves(*_off(seen))]
+    return np.column_stack([column for column, _ in found]), tuple(unit for _, unit in found)
 
 
 def _off(seen: StereoCoverage) -> Array:

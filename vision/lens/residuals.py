@@ -153,8 +153,8 @@ def observations_of(tracks: pd.DataFrame, cameras: Sequence[Camera], recording: 
     still = len(markers) - sum(len(bodies[name].markers) for name in MOVING)
     body = np.array([-1] * still + [k for k, name in enumerate(MOVING) for _ in bodies[name].markers])
     places = np.zeros((still, 3))  # of a marker that both cameras never saw at once: used nowhere
-    told = np.isfinite(xyz[:, :still, 0]).any(0)
-    places[told] = np.nanmedian(xyz[:, np.flatnonzero(told)], 0)
+    located = np.isfinite(xyz[:, :still, 0]).any(0)
+    places[located] = np.nanmedian(xyz[:, np.flatnonzero(located)], 0)
     layout = np.concatenate([places, *(np.asarray(bodies[name].layout_m, float) for name in MOVING)])
     enough = [np.isfinite(xyz[:, body == k, 0]).sum(1) >= FEWEST_MARKERS for k in range(len(MOVING))]
     keep = np.logical_and.reduce(enough)
@@ -323,7 +323,7 @@ def accumulate(part: Linear) -> NormalEquations:
     n_other = part.others.shape[-1]
     sizes = [basis.shape[-1] for basis in part.basis]
     n_field = 2 * sum(sizes)
-    # Most splines lie where no marker went in these frames: nothing is told of them.
+    # Most splines lie where no marker went in these frames: nothing is learnt of them.
     near = [np.flatnonzero(basis.any((0, 1))) for basis in part.basis]
     first = sum(2 * len(one) for one in near)
     total = first + n_other
@@ -332,8 +332,8 @@ def accumulate(part: Linear) -> NormalEquations:
     values = part.residual.reshape(frames, -1)
     q = part.poses.reshape(frames, -1, _N_POSE)
     on_poses = np.empty((frames, _N_POSE, total))
-    told = np.empty(total, np.int64)
-    told[first:] = np.arange(n_field, n_field + n_other)
+    columns_of = np.empty(total, np.int64)
+    columns_of[first:] = np.arange(n_field, n_field + n_other)
     at = before = 0
     for c, own in enumerate(near):
         basis = np.ascontiguousarray(part.basis[c][:, :, own])
@@ -341,7 +341,7 @@ def accumulate(part: Linear) -> NormalEquations:
         inner = flat.T @ flat
         for axis in range(2):
             block = slice(at, at + len(own))
-            told[block] = before + own
+            columns_of[block] = before + own
             matrix[block, block] = inner
             matrix[block, first:] = flat.T @ part.others[:, :, c, axis].reshape(-1, n_other)
             right[block] = flat.T @ part.residual[:, :, c, axis].reshape(-1)
@@ -357,5 +357,5 @@ def accumulate(part: Linear) -> NormalEquations:
     matrix -= flat.T @ flat
     right -= flat.T @ along.reshape(-1)
     whole, whole_right = np.zeros((n_field + n_other,) * 2), np.zeros(n_field + n_other)
-    whole[np.ix_(told, told)], whole_right[told] = matrix, right
+    whole[np.ix_(columns_of, columns_of)], whole_right[columns_of] = matrix, right
     return NormalEquations(whole, whole_right, n_field, part.prior)

@@ -41,7 +41,7 @@ def terms_table(
     """Table ``lens_terms``: ``quality`` (value, sd), the prior found, the open terms, ``by_field`` along the
     field's coefficients, with and without the recordings, and the ``changes`` that are in the field."""
     rows = [
-        *((term, *told) for term, told in quality.items()),
+        *((term, *value_and_sd) for term, value_and_sd in quality.items()),
         ("amplitude_px", posterior.amplitude_px, np.nan),
         ("length_px", posterior.length_px, np.nan),
     ]
@@ -51,5 +51,5 @@ def terms_table(
     for one in changes:
         tail = f":{one.camera}" if one.camera else ""
         rows.append((f"{one.target}{tail}", one.value, one.sd))
-        rows += [(f"{one.target}_{name}{tail}", *told) for name, told in one.own_numbers.items()]
+        rows += [(f"{one.target}_{name}{tail}", *value_and_sd) for name, value_and_sd in one.own_numbers.items()]
     return pd.DataFrame(rows, columns=["term", "value", "sd"])

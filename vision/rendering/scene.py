@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 BODIES = ("ground", "host", "nes")
 OUTLINE_POINTS, _OUTLINE_RADII = 24, 1.01  # points about a round shape; so far out that their polygon holds it
 _ON_WALL = 0.9  # of the wall's height, from which a Host's marker stands on the ring and not on the floor
-# Points of a marker's disc by which its visible share is told: its centre, and rings of equal area.
+# Points of a marker's disc by which its visible share is estimated: its centre, and rings of equal area.
 _SHARE_RINGS, _SHARE_POINTS = 6, 16
 
 

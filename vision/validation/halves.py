@@ -25,7 +25,7 @@ from vision.validation.image_map import ImageMap
 Array = NDArray[np.float64]
 FEWEST_VIEWS = 8  # for two halves of four
 DEGREES = 4, 9  # of the fields looked for: a bend over the whole image, and waves of a quarter of it
-MOST_POINTS = 150  # of a board whose own errors can be told from the lens'
+MOST_POINTS = 150  # of a board whose own errors can be separated from the lens'
 SEEN = 0.05  # of the largest: smaller ways in which halves may differ show nowhere in the image
 FLAG = 0.01  # probability by chance below which each of the two tests speaks
 LEAST_FIELD_PX = 0.005  # RMS of a field that is worth a word: dots a hundred pixels wide show a tenth of it

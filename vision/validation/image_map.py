@@ -51,8 +51,8 @@ def image_map(
     u, v = (np.arange(n) + 0.5 for n in (across, down))
     uv = np.stack(np.meshgrid(u / across * size_px[0], v / down * size_px[1]), -1).reshape(-1, 2) - 0.5
     xy = Camera("", size_px, *lens_of(intrinsics), np.eye(3), np.zeros(3), spline=spline).normalise(uv)
-    told = np.isfinite(xy).all(1)
-    uv, rays = uv[told], np.column_stack([xy[told], np.ones(told.sum())])
+    finite = np.isfinite(xy).all(1)
+    uv, rays = uv[finite], np.column_stack([xy[finite], np.ones(finite.sum())])
     _, by_lens, by_ray = pinhole(rays, intrinsics)
     if spline is not None:
         by_lens = np.concatenate([by_lens, spline.slopes(uv)], -1)

@@ -63,10 +63,10 @@ def _likeliest_prior(
     assert spline is not None  # the caller starts from a state that has one
     nodes = spline.nodes_px
     side = float(np.ptp(nodes, axis=0).max())
-    told, right = information(observations, state, setting)
+    given, right = information(observations, state, setting)
 
     smooth = cache(lambda length: both_axes(smooth_covariance(nodes, LENGTH_SHARES[length] * side)))
-    under = cache(lambda length: rooted(told, right, smooth(length)))
+    under = cache(lambda length: rooted(given, right, smooth(length)))
     found = likeliest(
         lambda at: under(at[1]).solved(ALL_AMPLITUDES_PX[at[0]]),
         (len(ALL_AMPLITUDES_PX), len(LENGTH_SHARES)),

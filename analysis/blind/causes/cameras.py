@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, seen, sign, spread, vector
+from analysis.blind.cause import Cause, Draft, Rng, Truth, seen, sign, spread, vector
 
 
 def _heat_haze(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -59,41 +59,6 @@ def _wobble(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
 def _swinging_zoom(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
     draft.view.update(zoom_swing=8e-4 * size * spread(rng), zoom_swing_hz=float(rng.uniform(4.0, 40.0)))
     return {"zoom": draft.view["zoom_swing"], "frequency_hz": draft.view["zoom_swing_hz"]}
-
-
-def _clicked_templates(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """Anew in each run."""
-    if size > 0.0:
-        draws = tuple(int(draw) for draw in rng.integers(2**31, size=runs))
-        draft.view.update(clicked_px=0.45 * size * spread(rng), clicked_draw=draws)
-    return {"clicked_px": draft.view.get("clicked_px", 0.0)}
-
-
-def _wandering_templates(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """Anew in each run."""
-    if size > 0.0:
-        draws = tuple(int(draw) for draw in rng.integers(2**31, size=runs))
-        draft.view.update(wander_px=0.75 * size * spread(rng), wander_draw=draws)
-    return {"wander_px": draft.view.get("wander_px", 0.0)}
-
-
-def _bridged_gaps(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """Anew in each run, twice as many for twice the severity."""
-    if size > 0.0:
-        draws = tuple(int(draw) for draw in rng.integers(2**31, size=runs))
-        draft.view.update(bridged=0.02 * size * spread(rng), bridged_draw=draws)
-    return {"bridged": draft.view.get("bridged", 0.0)}
-
-
-def _hopping_labels(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
-    """Once in each run, at a time of its own: any two but the middle one."""
-    one, other = (int(marker) + 1 for marker in rng.permutation(4)[:2])
-    draft.view.update(
-        hopped=tuple(rng.uniform(0.2, 0.7, runs).tolist()),
-        hopped_s=0.05 * size * spread(rng),
-        hopped_markers=(one, other),
-    )
-    return {"hopped_s": draft.view["hopped_s"], "marker": float(one + 1), "other": float(other + 1)}
 
 
 def _shaken_camera(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:
@@ -463,68 +428,11 @@ CAMERAS = [
         seen("blocked_px", 0.75),
         follows="the place in the picture, once in eight pixels",
     ),
-    # A tracker whose templates somebody clicks by hand in each run.
-    Cause(
-        "unknown_clicked_templates",
-        "measurement",
-        _clicked_templates,
-        follows="the number of the run, in no order, at each marker in each camera by itself",
-    ),
-    # A tracker that loses two markers of the disk and finds each in the other's place, for a while.
-    Cause(
-        "unknown_hopping_labels",
-        "measurement",
-        _hopping_labels,
-        follows="the time in the run, in one stretch of it, at two markers of the disk in one camera",
-    ),
-    # A tracker that moves on only where a marker has moved by so much.
-    Cause(
-        "unknown_dead_band",
-        "measurement",
-        seen("dead_band_px", 0.75),
-        follows="the direction of the velocity in the picture, whatever its size",
-    ),
-    # A tracker that goes by the way of what the wall hides in part.
-    Cause(
-        "unknown_guessing_tracker",
-        "measurement",
-        seen("guessed", 0.36),
-        follows="the way of each of the disk's markers to the wall, and each blow just after it",
-        round_only=True,
-    ),
-    # A tracker that takes each frame's markers for its templates of the next one.
-    Cause(
-        "unknown_wandering_templates",
-        "measurement",
-        _wandering_templates,
-        follows="the time in the run, farther and farther in no order, at each marker in each camera by itself",
-    ),
-    # A tracker whose search window is too small for what is fast.
-    Cause(
-        "unknown_small_window",
-        "measurement",
-        seen("missed", 0.08),
-        follows="what the speed in the picture has beyond some speed, against its direction",
-    ),
     # A film that is coded as a whole frame now and then, and what changes after it.
     Cause(
         "unknown_ghosted_film",
         "measurement",
         seen("ghosted", 0.008),
         follows="the way in the picture since the last of some frames that are evenly spaced",
-    ),
-    # A tracker that loses the disk's markers now and then, and what is filled in.
-    Cause(
-        "unknown_bridged_gaps",
-        "measurement",
-        _bridged_gaps,
-        follows="the time in the run, in short stretches in no order, and each blow within one",
-    ),
-    # A tracker that smooths its tracks, over blows, too.
-    Cause(
-        "unknown_smoothed_tracks",
-        "measurement",
-        seen("smoothed", 0.28),
-        follows="the acceleration in the picture, and each blow within two frames of it",
     ),
 ]

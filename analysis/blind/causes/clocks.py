@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, seen, sign, spread
+from analysis.blind.cause import Cause, Draft, Rng, Truth, seen, sign, spread
 
 
 def _skipped_frame(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:

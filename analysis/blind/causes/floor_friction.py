@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread, vector
+from analysis.blind.cause import Cause, Draft, Rng, Truth, changes, sign, spread, vector
 
 
 def _patch(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread, vector
+from analysis.blind.cause import Cause, Draft, Rng, Truth, changes, sign, spread, vector
 
 BENCH_RUNS = 3.0  # after which a bench has warmed by two thirds
 

@@ -6,7 +6,7 @@ from the first run or from a run's start as these count them.
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, sign, spread, vector
+from analysis.blind.cause import Cause, Draft, Rng, Truth, sign, spread, vector
 from analysis.blind.plant.parameters import PlantParameters
 
 

@@ -10,9 +10,10 @@ from itertools import permutations
 
 import numpy as np
 
+from analysis.blind.cause import Cause, Draft
 from analysis.blind.causes.cameras import CAMERAS
-from analysis.blind.causes.cause import Cause, Draft
 from analysis.blind.causes.clocks import CLOCKS
+from analysis.blind.causes.fields import FIELDS
 from analysis.blind.causes.floor_friction import FLOOR_FRICTION
 from analysis.blind.causes.floor_history import FLOOR_HISTORY
 from analysis.blind.causes.forces import FORCES
@@ -28,7 +29,7 @@ from analysis.blind.recording.errors import ViewErrors
 from analysis.blind.recording.place import WALLS
 
 _MEASURED = (CLOCKS, MARKERS, CAMERAS)
-_UNLISTED = (FLOOR_FRICTION, FLOOR_HISTORY, FORCES, RESTITUTION, WALL_FRICTION, GEOMETRY, *_MEASURED)
+_UNLISTED = (FLOOR_FRICTION, FLOOR_HISTORY, FORCES, FIELDS, RESTITUTION, WALL_FRICTION, GEOMETRY, *_MEASURED)
 _BY_NAME = {cause.name: cause for kind in (LISTED, *_UNLISTED) for cause in kind}
 # In the groups' order.
 CAUSES: dict[str, Cause] = {name: _BY_NAME[name] for group in GROUPS.values() for name in group}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread
+from analysis.blind.cause import Cause, Draft, Rng, Truth, changes, sign, spread
 
 WARM_RUNS = 3.0  # after which a ring has warmed by two thirds
 

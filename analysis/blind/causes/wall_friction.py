@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.blind.causes.cause import Cause, Draft, Rng, Truth, changes, sign, spread
+from analysis.blind.cause import Cause, Draft, Rng, Truth, changes, sign, spread
 
 
 def _slipping_band(draft: Draft, size: float, rng: Rng, runs: int) -> Truth:

@@ -21,6 +21,7 @@ from analysis.blind.plant.state import (
     PRINT_Y,
     SPIN,
     STATES,
+    STEP_S,
     STRETCH,
     VX,
     VY,
@@ -32,7 +33,6 @@ from analysis.blind.plant.state import (
 from analysis.blind.plant.wall.contact import strike, wall_gap
 from analysis.blind.plant.wall.lasting_contact import compliant_step, lasts_s, spring_dashpot
 
-STEP_S = 1.0 / 25600.0
 START_S = -2e-3  # before the first frame, so that late or early cameras still see motion
 HOLD_SPEED_M_PER_S = 3e-3  # an approach slower than this bounces within one step: the contact is sustained
 LONGEST_HELD_S = 0.05  # a run is cut this long after a sustained contact began
@@ -56,6 +56,17 @@ class Motion(NamedTuple):
     swings: np.ndarray
     physics: PlantParameters
     chances: np.ndarray
+
+
+class Noted(NamedTuple):
+    """Arrays that a run fills, as `Motion` has them; longer than a run needs."""
+
+    nodes: Floats
+    impacts: Floats
+    held: Floats
+    kicks: Floats
+    normals: Floats
+    swings: Floats
 
 
 @compiled
@@ -147,15 +158,12 @@ def _move(
     table: Floats,
     scatter: Floats,
     scratch: Floats,
-    nodes: Floats,
-    impacts: Floats,
-    held: Floats,
-    kicks: Floats,
-    normals: Floats,
-    swings: Floats,
+    into: Noted,
 ) -> tuple[int, int, int, int]:
     """Fill what `Motion` has; counts of nodes, impacts, contacts that lasted and swings.  `scratch` (8, STATES): the
     state to begin with, and room."""
+    nodes, impacts, held, kicks = into.nodes, into.impacts, into.held, into.kicks
+    normals, swings = into.normals, into.swings
     state, new, rates, no_chance = scratch[0], scratch[1], scratch[2:7], scratch[7]
     n, n_impact, n_held, n_swing = 0, 0, 0, 0
     gives = p.recoil_kg > 0.0
@@ -169,7 +177,7 @@ def _move(
         if touching and time - since > LONGEST_HELD_S:
             break
         if touching and soft:
-            compliant_step(time, state, STEP_S, p, host, table, spring, rates, new)
+            compliant_step(time, state, p, host, table, spring, rates, new)
         else:
             _step(time, state, STEP_S, p, host, table, rates, new)
         gap = wall_gap(time + STEP_S, new, p, host)[0]
@@ -226,9 +234,8 @@ def _run(
     swings = np.zeros((nodes.shape[0] if p.recoil_kg > 0.0 else 0, 2, 7))
     host, scratch = _with_swings(lines, p), np.zeros((8, STATES))
     scratch[0] = state
-    n, n_impact, n_held, n_swing = _move(
-        duration_s, p, host, lines.shape[0], table, scatter, scratch, nodes, impacts, held, kicks, normals, swings
-    )
+    into = Noted(nodes, impacts, held, kicks, normals, swings)
+    n, n_impact, n_held, n_swing = _move(duration_s, p, host, lines.shape[0], table, scatter, scratch, into)
     return (
         nodes[:n].copy(),
         impacts[:n_impact].copy(),

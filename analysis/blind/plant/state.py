@@ -1,4 +1,5 @@
-"""The places of a state's numbers: where the disk is, how it moves, and what it, its floor and its wall remember."""
+"""The places of a state's numbers: where the disk is, how it moves, and what it, its floor and its wall remember;
+and the step it goes on by."""
 
 X, Y, VX, VY = 0, 1, 2, 3  # centre of mass (m, m/s), in the room
 ANGLE, SPIN = 4, 5  # rad, every turn counted; rad/s
@@ -39,3 +40,4 @@ TRODDEN_SIDE = 3  # of them in a row
 LEANT_X, LEANT_Y = TRODDEN + TRODDEN_SIDE**2, TRODDEN + TRODDEN_SIDE**2 + 1  # how far a floor's fibres lean, 0 to 1
 RIM_DENTS = LEANT_Y + 1  # how many blows each sector of the disk's rim has had so far, of one that they change
 STATES = RIM_DENTS + SECTORS
+STEP_S = 1.0 / 25600.0  # of the integration

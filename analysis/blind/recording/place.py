@@ -73,8 +73,8 @@ class Place:
         power = next((power for end, power in POWERS if name.endswith(end)), 0.0)
         return value if power == 0.0 or self.scale == 1.0 else float(value * self.scale**power)
 
-    def told(self, cause: str, parameters: dict[str, float]) -> dict[str, float]:
-        """True parameters of a cause as an answer tells them: this rig's units, directions in the world."""
+    def world_parameters(self, cause: str, parameters: dict[str, float]) -> dict[str, float]:
+        """True parameters of a cause as an answer states them: this rig's units, directions in the world."""
         out = {name: self.in_units(name, value) for name, value in parameters.items()}
         if cause in TURNING and "direction_rad" in out:
             out["direction_rad"] = math.remainder(out["direction_rad"] + self.turned_rad, 2 * math.pi)
@@ -134,7 +134,7 @@ class Place:
 
 
 HOME = Place()
-# Causes whose direction_rad is one of the world; centres and offsets are told in the frames of the Host and of the
+# Causes whose direction_rad is one of the world; centres and offsets are stated in the frames of the Host and of the
 # disk.
 TURNING = ("table_tilt", "direction_dependent_restitution", "wall_ellipticity", "wall_lobes", "host_sway")
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.blind.causes.cause import Draft
+from analysis.blind.cause import Draft
 from analysis.blind.causes.named import physics_of_run, without_cause
 from analysis.blind.plant.dynamics import Motion, host_lines_at, remembered_at
 from analysis.blind.plant.flight.accelerations import derivative

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from analysis.blind.scoring.intervals import Figure, mean, wilson
-from analysis.blind.scoring.score import EITHER, Row
+from analysis.blind.scoring.marks import EITHER, Row
 
 EDGES = (0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0)
 LEAST = 1e-4  # a probability counts as at least this, and at most one less this, in the log score
@@ -18,18 +18,18 @@ LEAST = 1e-4  # a probability counts as at least this, and at most one less this
 def claims_of(row: Row) -> list[tuple[str, float, bool]]:
     """Each name, its probability, and whether it is true.  ``unknown`` is true where an unlisted cause is there.  What
     counts for the same as a true cause (``EITHER``), or is said to be equivalent to a named true one, is left out."""
-    true = {cause for cause in row.sizes if not cause.startswith("unknown_")}
+    true = {cause for cause in row.truth.sizes if not cause.startswith("unknown_")}
     same = {name for cause in true for name in EITHER.get(cause, ())} - true
-    if set(row.named) & (true | same):
-        same |= set(row.equivalent) - true
+    if set(row.answer.named) & (true | same):
+        same |= set(row.answer.equivalent) - true
     out = []
-    for name, probability in row.probabilities.items():
+    for name, probability in row.answer.probabilities.items():
         if name in same:
             continue
         if name == "none":
-            is_true = not row.sizes
+            is_true = not row.truth.sizes
         elif name == "unknown":
-            is_true = row.group in ("unknown", "beside")
+            is_true = row.truth.unlisted
         else:
             is_true = name in true
         out.append((name, probability, is_true))
@@ -71,18 +71,18 @@ def reliability(rows: list[Row]) -> list[dict[str, Any]]:
         n = int(inside.sum())
         if not n:
             continue
-        right, told = int(true[inside].sum()), float(p[inside].mean())
+        right, given = int(true[inside].sum()), float(p[inside].mean())
         band = wilson(right, n)
         out.append(
             {
                 "from": low,
                 "to": high,
                 "claims": n,
-                "mean_probability": told,
+                "mean_probability": given,
                 "share_true": right / n,
                 "low": band[0],
                 "high": band[1],
-                "holds": band[0] <= told <= band[1],
+                "holds": band[0] <= given <= band[1],
             }
         )
     return out

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from analysis.blind.scoring.intervals import Figure
-from analysis.blind.scoring.score import LARGE, Row
+from analysis.blind.scoring.marks import Row
+from analysis.blind.scoring.score import LARGE
 
 
 def markdown(
@@ -68,20 +69,23 @@ def markdown(
     ]
     for r in rows:
         if not r.right:
-            truth = " + ".join(f"{name} ({size:.2f})" for name, size in r.sizes.items()) or "none"
-            rig = f"{r.noise}, {r.wall}, {r.drive}, {r.runs} runs"
-            left = "" if r.verdict != "unknown" else f"in the {'right' if r.left_told else 'wrong'} stage"
-            lines.append(f"| {r.case} | {truth} | {rig} | {', '.join(r.named) or r.verdict} | {left} |")
+            truth, answer = r.truth, r.answer
+            causes_here = " + ".join(f"{name} ({size:.2f})" for name, size in truth.sizes.items()) or "none"
+            rig = f"{truth.noise}, {truth.wall}, {truth.drive}, {truth.runs} runs"
+            left = "" if answer.verdict != "unknown" else f"in the {'right' if r.marks.left_found else 'wrong'} stage"
+            lines.append(
+                f"| {truth.case} | {causes_here} | {rig} | {', '.join(answer.named) or answer.verdict} | {left} |"
+            )
     return "\n".join(lines) + "\n"
 
 
 def _picture_key(row: Row) -> tuple[int, str]:
     """The line of the picture that a case belongs to: single causes by name and size, the others by what they are."""
     order = {"none": 0, "listed": 1, "unknown": 2, "pair": 3, "triple": 4, "beside": 5}
-    told = {"none": "none", "pair": "two listed", "triple": "three listed", "beside": "listed beside unlisted"}
-    size = " large" if row.size >= LARGE else " small"
-    name = told.get(row.group) or row.kind.removeprefix("unknown_") + size
-    return order[row.group], name
+    groups = {"none": "none", "pair": "two listed", "triple": "three listed", "beside": "listed beside unlisted"}
+    size = " large" if row.truth.size >= LARGE else " small"
+    name = groups.get(row.truth.group) or row.truth.kind.removeprefix("unknown_") + size
+    return order[row.truth.group], name
 
 
 def confusion_picture(rows: list[Row], path: Path) -> None:
@@ -93,11 +97,11 @@ def confusion_picture(rows: list[Row], path: Path) -> None:
     import matplotlib.pyplot as plt
 
     keys = sorted({_picture_key(r) for r in rows})
-    answers = sorted({r.answered for r in rows} | {r.kind for r in rows if r.group == "listed"})
+    answers = sorted({r.answer.word for r in rows} | {r.truth.kind for r in rows if r.truth.group == "listed"})
     answers = [a for a in answers if a not in ("none", "unknown")] + ["none", "unknown"]
     counts = np.zeros((len(keys), len(answers)))
     for r in rows:
-        counts[keys.index(_picture_key(r)), answers.index(r.answered)] += 1
+        counts[keys.index(_picture_key(r)), answers.index(r.answer.word)] += 1
     share = counts / counts.sum(axis=1, keepdims=True)
     figure, axes = plt.subplots(figsize=(3.6 + 0.36 * len(answers), 2.6 + 0.21 * len(keys)), layout="constrained")
     axes.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
@@ -132,11 +136,11 @@ def reliability_picture(bands: list[dict[str, Any]], path: Path) -> None:
     figure, axes = plt.subplots(figsize=(4.2, 4.0), layout="constrained")
     axes.plot([0, 1], [0, 1], color="0.6", lw=1)
     for band in bands:
-        told = band["mean_probability"]
-        axes.plot([told, told], [band["low"], band["high"]], color="#1f77b4", lw=1.5)
-        axes.plot(told, band["share_true"], "o", color="#1f77b4", ms=5)
+        given = band["mean_probability"]
+        axes.plot([given, given], [band["low"], band["high"]], color="#1f77b4", lw=1.5)
+        axes.plot(given, band["share_true"], "o", color="#1f77b4", ms=5)
         axes.annotate(
-            f"{band['claims']}", (told, band["share_true"]), xytext=(6, -3), textcoords="offset points", fontsize=7
+            f"{band['claims']}", (given, band["share_true"]), xytext=(6, -3), textcoords="offset points", fontsize=7
         )
     axes.set_xlabel("probability given")
     axes.set_ylabel("share that was true (number of claims beside it)")

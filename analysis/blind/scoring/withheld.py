@@ -7,7 +7,7 @@ from typing import Any
 
 from analysis.blind.scoring.forms import Law, judge_law
 from analysis.blind.scoring.intervals import Figure, proportion
-from analysis.blind.scoring.score import EITHER, group_of
+from analysis.blind.scoring.marks import EITHER, group_of
 
 
 @dataclass(frozen=True)
@@ -80,9 +80,9 @@ def withheld_figures(rows: list[Withheld]) -> list[Figure]:
     ]
 
 
-def withheld_markdown(rows: list[Withheld], told: str) -> str:
+def withheld_markdown(rows: list[Withheld], made_by: str) -> str:
     """Figures and cases as Markdown."""
-    out = ["# Causes withheld from the library", "", told, ""]
+    out = ["# Causes withheld from the library", "", made_by, ""]
     out += ["| figure | value | interval | cases | goal |", "|---|---|---|---|---|"]
     for f in withheld_figures(rows):
         value, interval = ("-", "-") if f.value is None else (f"{f.value:.3g}", f"{f.low:.3g} to {f.high:.3g}")

@@ -16,8 +16,13 @@ from analysis.flights.equation.model import (
     REGULARISATION_M_PER_S,
     SETTLING_S,
     SMOOTHED,
+    SPIN,
     TINY_M_PER_S,
+    VX,
+    VY,
     Moment,
+    X,
+    Y,
 )
 from ovines.core.system.friction import farkas_slope
 
@@ -69,7 +74,7 @@ def rubbing_at(at: Moment, y: Array, p: Array, rig: FlightRig) -> Rubbing:
         1
         + p[P.DRIFT] * at.t
         + (p[P.FRICTION_RADIUS] * distance + p[P.FRICTION_X] * at.rx + p[P.FRICTION_Y] * at.ry
-           + p[P.FRICTION_ROOM_X] * y[0]) / rig.contact_radius_m
+           + p[P.FRICTION_ROOM_X] * y[X]) / rig.contact_radius_m
         + p[P.FRICTION_SPEED] * slide
         + p[P.FRICTION_COS] * at.cosine
         + p[P.FRICTION_SIN] * at.sine
@@ -130,15 +135,15 @@ def friction_by_state(at: Moment, p: Array, rig: FlightRig, rub: Rubbing, state:
             given, slide, spun = rub.g * rub.wx, rub.g_slide * rub.wx, rub.g_rim * rub.wx
             ux, uy = rub.g * (1 + p[P.FRICTION_AXIS]), rub.g * skew
         # The velocity is felt as the one against the floor, which the place changes where the floor turns.
-        state[m, 3] = -rub.strength * (slide * sx + ux) - faster * given * sx
-        state[m, 4] = -rub.strength * (slide * sy + uy) - faster * given * sy
-        state[m, 5] = -rim * spun
-        state[m, 0] = -at.host.spin * state[m, 4] - along_x * given
-        state[m, 1] = at.host.spin * state[m, 3] - along_y * given
+        state[m, VX] = -rub.strength * (slide * sx + ux) - faster * given * sx
+        state[m, VY] = -rub.strength * (slide * sy + uy) - faster * given * sy
+        state[m, SPIN] = -rim * spun
+        state[m, X] = -at.host.spin * state[m, VY] - along_x * given
+        state[m, Y] = at.host.spin * state[m, VX] - along_y * given
         # A disk that turns moves its geometric centre about the centre of mass.
         turning = at.spin - at.host.spin
-        state[m, ANGLE] = -turning * (at.cx * state[m, 3] + at.cy * state[m, 4])
-        state[m, 5] += at.cx * state[m, 4] - at.cy * state[m, 3]
+        state[m, ANGLE] = -turning * (at.cx * state[m, VX] + at.cy * state[m, VY])
+        state[m, SPIN] += at.cx * state[m, VY] - at.cy * state[m, VX]
 
 
 @inlined
@@ -167,7 +172,7 @@ def friction_columns(at: Moment, y: Array, p: Array, rig: FlightRig, rub: Rubbin
         every[m, P.FRICTION_RADIUS] = rub.distance / rig.contact_radius_m * unit
         every[m, P.FRICTION_X] = at.rx / rig.contact_radius_m * unit
         every[m, P.FRICTION_Y] = at.ry / rig.contact_radius_m * unit
-        every[m, P.FRICTION_ROOM_X] = y[0] / rig.contact_radius_m * unit
+        every[m, P.FRICTION_ROOM_X] = y[X] / rig.contact_radius_m * unit
         every[m, P.FRICTION_SPEED] = rub.slide * unit
         every[m, P.FRICTION_COS], every[m, P.FRICTION_SIN] = at.cosine * unit, at.sine * unit
         every[m, P.FRICTION_SINCE] = rub.since * unit

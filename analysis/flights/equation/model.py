@@ -44,9 +44,9 @@ CENTRE_M2 = 1e-8
 # Sliding and rim speeds below this (m/s) count as this: what is divided by them then has its limit.
 TINY_M_PER_S = 1e-12
 
+#: places of the state's numbers
+X, Y, ANGLE, VX, VY, SPIN = range(6)
 STATES = 6
-#: place of the angle in the state
-ANGLE = 2
 
 
 class Acceleration(NamedTuple):
@@ -101,15 +101,15 @@ class Moment(NamedTuple):
 def moment_of(t: float, y: Array, rig: FlightRig, driven: bool) -> Moment:
     """What the terms ask of the state ``y`` (6,) at t; cosine and sine only where ``driven``."""
     host = host_at(t, rig.host)
-    rx, ry = y[0] - host.x, y[1] - host.y
+    rx, ry = y[X] - host.x, y[Y] - host.y
     cosine, sine = 0.0, 0.0
     if driven:
         drive = rig.omega_rad_per_s * t + rig.phase_rad
         cosine, sine = np.cos(drive), np.sin(drive)
     cx, cy = middle_of(y[ANGLE], rig)
-    spin = y[5] - host.spin
-    ux, uy = y[3] - host.vx + host.spin * ry - spin * cy, y[4] - host.vy - host.spin * rx + spin * cx
-    return Moment(t, host, cosine, sine, rx, ry, y[3], y[4], ux, uy, y[5], cx, cy)
+    spin = y[SPIN] - host.spin
+    ux, uy = y[VX] - host.vx + host.spin * ry - spin * cy, y[VY] - host.vy - host.spin * rx + spin * cx
+    return Moment(t, host, cosine, sine, rx, ry, y[VX], y[VY], ux, uy, y[SPIN], cx, cy)
 
 
 @compiled
@@ -118,13 +118,13 @@ def known_of(t: float, y: Array, p: Array, rig: FlightRig, known: Array) -> None
 
     Places and velocities are those of the disk's geometric centre, as the simulator has them."""
     host = host_at(t, rig.host)
-    cx, cy = middle_of(y[2], rig)
-    x, y_m, vx, vy = y[0] + cx, y[1] + cy, y[3] - y[5] * cy, y[4] + y[5] * cx
+    cx, cy = middle_of(y[ANGLE], rig)
+    x, y_m, vx, vy = y[X] + cx, y[Y] + cy, y[VX] - y[SPIN] * cy, y[VY] + y[SPIN] * cx
     rx, ry = x - host.x, y_m - host.y
     known[W.VX], known[W.VY] = vx, vy
     known[W.UX], known[W.UY] = vx - host.vx + host.spin * ry, vy - host.vy - host.spin * rx
     known[W.X], known[W.Y], known[W.HX], known[W.HY] = x, y_m, rx, ry
-    known[W.CONTACT_RADIUS], known[W.ANGLE], known[W.SPIN] = rig.contact_radius_m, y[2], y[5]
+    known[W.CONTACT_RADIUS], known[W.ANGLE], known[W.SPIN] = rig.contact_radius_m, y[ANGLE], y[SPIN]
     known[W.TIME], known[W.RUN] = t - rig.start_s, rig.number
     known[W.PHASE] = rig.omega_rad_per_s * t + rig.phase_rad
     known[W.CLOCK] = rig.omega_rad_per_s * (t - rig.start_s)
@@ -169,11 +169,11 @@ def acceleration(t: float, y: Array, p: Array, rig: FlightRig) -> Acceleration:
 def accelerated(t: float, y: Array, p: Array, rig: FlightRig, work: Workspace) -> Acceleration:
     """:func:`acceleration` without new arrays."""
     host = host_at(t, rig.host)
-    rx, ry = y[0] - host.x, y[1] - host.y
-    spin = y[5] - host.spin
-    cx, cy = middle_of(y[2], rig)
-    ux = y[3] - host.vx + host.spin * ry - spin * cy
-    uy = y[4] - host.vy - host.spin * rx + spin * cx
+    rx, ry = y[X] - host.x, y[Y] - host.y
+    spin = y[SPIN] - host.spin
+    cx, cy = middle_of(y[ANGLE], rig)
+    ux = y[VX] - host.vx + host.spin * ry - spin * cy
+    uy = y[VY] - host.vy - host.spin * rx + spin * cx
     slide = np.sqrt(ux * ux + uy * uy)
     rim = rig.radius_m * abs(spin)
     total = np.sqrt(slide * slide + rim * rim)
@@ -191,7 +191,7 @@ def accelerated(t: float, y: Array, p: Array, rig: FlightRig, work: Workspace) -
             1
             + p[P.DRIFT] * t
             + (p[P.FRICTION_RADIUS] * distance + p[P.FRICTION_X] * rx + p[P.FRICTION_Y] * ry
-               + p[P.FRICTION_ROOM_X] * y[0]) / rig.contact_radius_m
+               + p[P.FRICTION_ROOM_X] * y[X]) / rig.contact_radius_m
             + p[P.FRICTION_SPEED] * slide
             + p[P.FRICTION_COS] * cosine
             + p[P.FRICTION_SIN] * sine
@@ -213,7 +213,7 @@ def accelerated(t: float, y: Array, p: Array, rig: FlightRig, work: Workspace) -
             friction_spin = -strength * tau / (rig.inertia_factor * rig.radius_m) * np.sign(spin)
         friction_spin += (cx * friction_y - cy * friction_x) / (rig.inertia_factor * rig.radius_m**2)
         ax, ay, torque = ax + friction_x, ay + friction_y, torque + friction_spin
-    vx, vy = y[3], y[4]
+    vx, vy = y[VX], y[VY]
     speed = np.sqrt(vx * vx + vy * vy)
     drag = p[P.VISCOUS] + p[P.AIR] * speed
     ax -= drag * vx
@@ -226,16 +226,16 @@ def accelerated(t: float, y: Array, p: Array, rig: FlightRig, work: Workspace) -
     )
     ax += (
         -pull * rx - p[P.CURL_HOST] * ry + p[P.SADDLE_HOST] * rx + p[P.SKEW_HOST] * ry
-        - p[P.CENTRE_ROOM] * y[0] + p[P.SADDLE_ROOM] * y[0] + p[P.SKEW_ROOM] * y[1]
+        - p[P.CENTRE_ROOM] * y[X] + p[P.SADDLE_ROOM] * y[X] + p[P.SKEW_ROOM] * y[Y]
     )  # fmt: skip
     ay += (
         -pull * ry + p[P.CURL_HOST] * rx - p[P.SADDLE_HOST] * ry + p[P.SKEW_HOST] * rx
-        - p[P.CENTRE_ROOM] * y[1] - p[P.SADDLE_ROOM] * y[1] + p[P.SKEW_ROOM] * y[0]
+        - p[P.CENTRE_ROOM] * y[Y] - p[P.SADDLE_ROOM] * y[Y] + p[P.SKEW_ROOM] * y[X]
     )  # fmt: skip
-    turn = p[P.MAGNUS] * y[5] + p[P.GYRO]
+    turn = p[P.MAGNUS] * y[SPIN] + p[P.GYRO]
     ax += -turn * vy - p[P.HOST_DRAG] * (vx - host.vx) + p[P.FORCE_COS_X] * cosine + p[P.FORCE_SIN_X] * sine
     ay += turn * vx - p[P.HOST_DRAG] * (vy - host.vy) + p[P.FORCE_COS_Y] * cosine + p[P.FORCE_SIN_Y] * sine
-    torque -= p[P.SPIN_DECAY] * y[5]
+    torque -= p[P.SPIN_DECAY] * y[SPIN]
     if rig.law.shape[0] > 0:
         known, given = work.known, work.given
         given[0] = given[1] = given[2] = 0.0
@@ -288,8 +288,8 @@ def advance(
             for j in range(STATES):
                 trial[j] = out[j] if stage == 0 else out[j] + c * h * k[stage - 1, j]
             a = accelerated(t + c * h, trial, p, rig, work)
-            k[stage, 0], k[stage, 1], k[stage, 2] = trial[3], trial[4], trial[5]
-            k[stage, 3], k[stage, 4], k[stage, 5] = a.x, a.y, a.spin
+            k[stage, X], k[stage, Y], k[stage, ANGLE] = trial[VX], trial[VY], trial[SPIN]
+            k[stage, VX], k[stage, VY], k[stage, SPIN] = a.x, a.y, a.spin
             if stage == 0:
                 h = step_within(span, a.floor_speed, p, strongest)
         for j in range(STATES):

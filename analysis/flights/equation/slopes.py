@@ -17,9 +17,14 @@ from analysis.flights.equation.friction_slopes import friction_by_state, frictio
 from analysis.flights.equation.law_slopes import LawWork, pushed_by_law
 from analysis.flights.equation.model import (
     CENTRE_M2,
+    SPIN,
     TINY_M_PER_S,
+    VX,
+    VY,
     Acceleration,
     Moment,
+    X,
+    Y,
     follows_drive,
     moment_of,
 )
@@ -40,24 +45,24 @@ def _fields(at: Moment, y: Array, p: Array, rig: FlightRig, state: Array) -> Acc
     # Twice what the pull grows by with the square of the radius.
     steep = 2 * (p[P.RADIAL_CUBIC] / reach + 4 * p[P.WALL_PULL] * share**3 / (reach * root)) - unit / (root * root)
     turn = p[P.MAGNUS] * at.spin + p[P.GYRO]
-    state[0, 0] += -pull - steep * at.rx * at.rx + p[P.SADDLE_HOST] - p[P.CENTRE_ROOM] + p[P.SADDLE_ROOM]
-    state[0, 1] += -steep * at.rx * at.ry - p[P.CURL_HOST] + p[P.SKEW_HOST] + p[P.SKEW_ROOM]
-    state[1, 0] += -steep * at.rx * at.ry + p[P.CURL_HOST] + p[P.SKEW_HOST] + p[P.SKEW_ROOM]
-    state[1, 1] += -pull - steep * at.ry * at.ry - p[P.SADDLE_HOST] - p[P.CENTRE_ROOM] - p[P.SADDLE_ROOM]
-    state[0, 3] += -drag - grows * at.vx * at.vx - p[P.HOST_DRAG]
-    state[0, 4] += -grows * at.vx * at.vy - turn
-    state[1, 3] += -grows * at.vx * at.vy + turn
-    state[1, 4] += -drag - grows * at.vy * at.vy - p[P.HOST_DRAG]
-    state[0, 5] -= p[P.MAGNUS] * at.vy
-    state[1, 5] += p[P.MAGNUS] * at.vx
-    state[2, 5] -= p[P.SPIN_DECAY]
+    state[0, X] += -pull - steep * at.rx * at.rx + p[P.SADDLE_HOST] - p[P.CENTRE_ROOM] + p[P.SADDLE_ROOM]
+    state[0, Y] += -steep * at.rx * at.ry - p[P.CURL_HOST] + p[P.SKEW_HOST] + p[P.SKEW_ROOM]
+    state[1, X] += -steep * at.rx * at.ry + p[P.CURL_HOST] + p[P.SKEW_HOST] + p[P.SKEW_ROOM]
+    state[1, Y] += -pull - steep * at.ry * at.ry - p[P.SADDLE_HOST] - p[P.CENTRE_ROOM] - p[P.SADDLE_ROOM]
+    state[0, VX] += -drag - grows * at.vx * at.vx - p[P.HOST_DRAG]
+    state[0, VY] += -grows * at.vx * at.vy - turn
+    state[1, VX] += -grows * at.vx * at.vy + turn
+    state[1, VY] += -drag - grows * at.vy * at.vy - p[P.HOST_DRAG]
+    state[0, SPIN] -= p[P.MAGNUS] * at.vy
+    state[1, SPIN] += p[P.MAGNUS] * at.vx
+    state[2, SPIN] -= p[P.SPIN_DECAY]
     host_x, host_y = at.vx - at.host.vx, at.vy - at.host.vy
     return Acceleration(
         p[P.TILT_X] - drag * at.vx - pull * at.rx - p[P.CURL_HOST] * at.ry + p[P.SADDLE_HOST] * at.rx
-        + p[P.SKEW_HOST] * at.ry + (p[P.SADDLE_ROOM] - p[P.CENTRE_ROOM]) * y[0] + p[P.SKEW_ROOM] * y[1]
+        + p[P.SKEW_HOST] * at.ry + (p[P.SADDLE_ROOM] - p[P.CENTRE_ROOM]) * y[X] + p[P.SKEW_ROOM] * y[Y]
         - turn * at.vy - p[P.HOST_DRAG] * host_x + p[P.FORCE_COS_X] * at.cosine + p[P.FORCE_SIN_X] * at.sine,
         p[P.TILT_Y] - drag * at.vy - pull * at.ry + p[P.CURL_HOST] * at.rx - p[P.SADDLE_HOST] * at.ry
-        + p[P.SKEW_HOST] * at.rx - (p[P.SADDLE_ROOM] + p[P.CENTRE_ROOM]) * y[1] + p[P.SKEW_ROOM] * y[0]
+        + p[P.SKEW_HOST] * at.rx - (p[P.SADDLE_ROOM] + p[P.CENTRE_ROOM]) * y[Y] + p[P.SKEW_ROOM] * y[X]
         + turn * at.vx - p[P.HOST_DRAG] * host_y + p[P.FORCE_COS_Y] * at.cosine + p[P.FORCE_SIN_Y] * at.sine,
         p[P.SPIN_DRIVE] - p[P.SPIN_DECAY] * at.spin,
         0.0,
@@ -78,9 +83,9 @@ def _field_columns(at: Moment, y: Array, rig: FlightRig, every: Array) -> None:
     every[0, P.CURL_HOST], every[1, P.CURL_HOST] = -at.ry, at.rx
     every[0, P.SADDLE_HOST], every[1, P.SADDLE_HOST] = at.rx, -at.ry
     every[0, P.SKEW_HOST], every[1, P.SKEW_HOST] = at.ry, at.rx
-    every[0, P.CENTRE_ROOM], every[1, P.CENTRE_ROOM] = -y[0], -y[1]
-    every[0, P.SADDLE_ROOM], every[1, P.SADDLE_ROOM] = y[0], -y[1]
-    every[0, P.SKEW_ROOM], every[1, P.SKEW_ROOM] = y[1], y[0]
+    every[0, P.CENTRE_ROOM], every[1, P.CENTRE_ROOM] = -y[X], -y[Y]
+    every[0, P.SADDLE_ROOM], every[1, P.SADDLE_ROOM] = y[X], -y[Y]
+    every[0, P.SKEW_ROOM], every[1, P.SKEW_ROOM] = y[Y], y[X]
     every[0, P.RADIAL_CUBIC], every[1, P.RADIAL_CUBIC] = -share * at.rx, -share * at.ry
     every[0, P.RADIAL_UNIT], every[1, P.RADIAL_UNIT] = -at.rx / root, -at.ry / root
     every[0, P.WALL_PULL], every[1, P.WALL_PULL] = -(share**4) * at.rx / root, -(share**4) * at.ry / root

@@ -1,7 +1,7 @@
 """The measured Host path of each run beside its drive, as whitened rows for linear fits.
 
 A drive of lines is known by them.  Of any other (a sweep, a random drive) all that lies in its band is taken for the
-drive: what swings beside the band after blows is told from it, what swings in it is not.
+drive: what swings beside the band after blows is distinguished from it, what swings in it is not.
 """
 
 from __future__ import annotations
@@ -158,7 +158,8 @@ def with_noise_of(paths: Sequence[MeasuredPath], left: Sequence[Array]) -> list[
     """``paths`` with the noise that what is ``left`` (N, 2; m) of them beside the drive shows: one correlation from
     frame to frame, since the same cameras film all runs, and each run's own sds.
 
-    A path that follows the Host's swings leaves residuals without slow noise, which is what swings are told from."""
+    A path that follows the Host's swings leaves residuals without slow noise, which is what swings are distinguished
+    from."""
     beside = [path.beside_drive(one) for path, one in zip(paths, left, strict=True)]
     correlation = float(np.average([frame_correlation(one) for one in beside], weights=[len(one) for one in beside]))
     out = []

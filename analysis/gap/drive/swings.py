@@ -20,8 +20,8 @@ SWINGS = ("host_recoil", "host_ringing")
 # Frequencies tried: from a fraction of a period in the longest run to a share of the frame rate, so many.
 LOWEST_PERIODS, HIGHEST_SHARE, FREQUENCIES = 0.5, 0.35, 48
 DAMPINGS = (0.01, 0.03, 0.08, 0.2, 0.45, 0.8)
-# What rings on for a hundred and fifty periods is no answer to a blow: a drive that swings as it likes was told as a
-# ringing without damping (a mass centre off the middle, random drive).
+# What rings on for a hundred and fifty periods is no answer to a blow: a drive that swings as it likes was reported as
+# a ringing without damping (a mass centre off the middle, random drive).
 LEAST_DAMPING = 1e-3
 # A line needs a spacing of this share of its width.
 LINE_SPACING, LINES_TO = 0.25, 0.25
@@ -294,8 +294,8 @@ def best_line(paths: Sequence[MeasuredPath], left: Sequence[Array], below_hz: fl
     h = 0.1 * width
     below, middle, above = gain(np.array([start - h, start, start + h]))
     curvature = float(2 * middle - below - above) / h**2
-    told = [_pairs(path, one, np.array([start])) for path, one in zip(paths, white, strict=True)]
-    gains, amplitudes, sds = (np.array([one[k][..., 0] for one in told]) for k in range(3))
+    fitted = [_pairs(path, one, np.array([start])) for path, one in zip(paths, white, strict=True)]
+    gains, amplitudes, sds = (np.array([one[k][..., 0] for one in fitted]) for k in range(3))
     sd = float(np.sqrt(2 / curvature)) if curvature > 0 else width
     return Line(start, sd, amplitudes, sds, float(gains.sum()), gains)
 

@@ -71,7 +71,7 @@ def middle_of(values: Array) -> tuple[float, float]:
 
 
 def over_runs(values: list[Array], sds: list[Array]) -> tuple[Array, Array]:
-    """Weighted mean over runs and its sd, whichever is larger of the one told and the one seen between the runs."""
+    """Weighted mean over runs and its sd, whichever is larger of the one stated and the one seen between the runs."""
     value, sd = np.array(values), np.maximum(np.array(sds), FINEST_M)
     weight = np.where(np.isfinite(value), 1 / sd**2, 0.0)
     total = np.maximum(weight.sum(0), 1e-300)

@@ -1,8 +1,8 @@
 """Cameras whose pictures have changed since their calibration in a way that has a form, or that were calibrated on
 boards that were not true.
 
-What the lens fields, learnt from the recordings, have of one is told as left of the measurement; the series is without
-it, from its points on."""
+What the lens fields, learnt from the recordings, have of one is reported as left of the measurement; the series is
+without it, from its points on."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def changed_pictures(series: Series) -> list[Structure]:
 
 
 def bent_picture(series: Series) -> list[Structure]:
-    """The picture that is bent most beside what has a form, where it is by more than any calibration leaves: told, with
-    nothing else asked because of it, as the field that was learnt has taken it out."""
+    """The picture that is bent most beside what has a form, where it is by more than any calibration leaves: reported,
+    with nothing else asked because of it, as the field that was learnt has taken it out."""
     worst = max(series.picture_bends_px, key=lambda name: series.picture_bends_px[name], default=None)
     bend_px = 0.0 if worst is None else series.picture_bends_px[worst]
     if bend_px <= MOST_LENS_PX:

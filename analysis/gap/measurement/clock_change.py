@@ -30,11 +30,11 @@ def clock_change(
     """
     count = np.bincount(part)
     information = np.bincount(part, along**2)
-    told = (count >= FEWEST_FRAMES) & (information > 0)
-    if told.sum() < 2:
+    known = (count >= FEWEST_FRAMES) & (information > 0)
+    if known.sum() < 2:
         return None
-    off = np.bincount(part, along * left)[told] / information[told]
-    sure = np.abs(off) / np.sqrt(inflation / information[told])
+    off = np.bincount(part, along * left)[known] / information[known]
+    sure = np.abs(off) / np.sqrt(inflation / information[known])
     large = np.abs(off) > max(least_s, LENS_SHARE * lens_s)
     if not np.any(large & (sure > SURE_SD)):
         return None

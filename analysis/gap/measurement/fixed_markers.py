@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 STILL_SHARE = 3e-4
 # Parts of a run, in time, whose means are held against each other.
 PARTS = 4
-# A camera whose picture of the ground changes by so many times the other's is told by its name.
+# A camera whose picture of the ground changes by so many times the other's is named.
 CLEARLY = 3.0
 AXES = ("x_m", "y_m")
 # What a picture of still markers may do.
@@ -52,7 +52,7 @@ def ground_motion(series: Series) -> list[Structure]:
     found = _together(parts, still_m)
     if found and found[0].goes_with.endswith(TOGETHER):
         return found
-    # What a picture does slowly is told with its camera and time.
+    # What a picture does slowly is reported with its camera and time.
     return _slow(parts, ground.markers, series, still_m) or found
 
 
@@ -164,8 +164,8 @@ def _within_runs(
 ) -> tuple[list[Array], list[Array], list[Array], list[Array]]:
     """Of each run: its parts against its mean (PARTS, markers, 2) with sds, and the mean (markers, 2) with its."""
     offs, sds, means, mean_sds = [], [], [], []
-    for place, told_sd in places:
-        sd = np.maximum(told_sd, FINEST_M)  # rounded pixels may be alike to every digit
+    for place, stated_sd in places:
+        sd = np.maximum(stated_sd, FINEST_M)  # rounded pixels may be alike to every digit
         weight = 1 / sd**2
         total = weight.sum(0)
         mean = np.sum(weight * np.nan_to_num(place), 0) / np.where(total > 0, total, 1.0)
@@ -216,8 +216,8 @@ def _camera(series: Series, markers: Sequence[str], when: str) -> str:
             _by_part(t[(t["camera"] == camera) & t["marker"].isin(list(markers))], markers, ("u_px", "v_px"))
             for t in series.tracks
         ]
-        off, sd, told = _changes(own)
-        here = np.array([one == when for one in told])
+        off, sd, times = _changes(own)
+        here = np.array([one == when for one in times])
         sizes[str(camera)] = float(np.max(np.where(np.isfinite(sd[here]), np.abs(off[here]) / sd[here], 0.0)))
     first, *rest = sorted(sizes, key=lambda name: -sizes[name])
     return f" in the picture of {first}" if rest and sizes[first] > CLEARLY * sizes[rest[0]] else ""

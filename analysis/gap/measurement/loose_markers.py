@@ -58,7 +58,7 @@ class Apart:
 
 @dataclass(frozen=True, eq=False)
 class Loose:
-    """A marker of a body by its number, ``with_what`` it moves, and what is told of it."""
+    """A marker of a body by its number, ``with_what`` it moves, and what is reported of it."""
 
     body: str
     marker: int
@@ -186,11 +186,11 @@ def _inner(one: Array, follows: Array, other: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """A run's sums: ``follows`` (B, B) of what is followed, ``told`` (B, 2 M) of that times what the markers do, their
-    ``basis`` (2 M, Q), the ``count`` of frames and the ``noise`` (m) of a value."""
+    """A run's sums: ``follows`` (B, B) of what is followed, ``weighted`` (B, 2 M) of that times what the markers do,
+    their ``basis`` (2 M, Q), the ``count`` of frames and the ``noise`` (m) of a value."""
 
     follows: Array
-    told: Array
+    weighted: Array
     basis: Array
     count: int
     noise: float
@@ -212,7 +212,7 @@ def _fit(parts: list[_Part], marker: int | None) -> tuple[Array, float, Array]:
     squares, and the covariance of those numbers, flat and marker's axis first, for noise of 1."""
     own = slice(None) if marker is None else slice(2 * marker, 2 * marker + 2)
     matrix = sum(np.kron(part.basis[own] @ part.basis[own].T, part.follows) for part in parts)
-    right = sum(part.told[:, own].T.reshape(-1) for part in parts)
+    right = sum(part.weighted[:, own].T.reshape(-1) for part in parts)
     inverse = np.linalg.pinv(matrix, hermitian=True)
     given = inverse @ right
     return given.reshape(-1, len(parts[0].follows)).T, float(given @ right), inverse

@@ -47,10 +47,10 @@ def picture_grid(series: Series) -> list[Structure]:
     markers = [marker for name in ("host", "nes") if name in bodies for marker in bodies[name].markers]
     names = [camera.name for camera in series.cameras]
     seen = [_waves(p, t, names, markers) for p, t in zip(series.points, series.tracks, strict=True)]
-    told = [one for one in seen if one is not None]
-    if not told:
+    shown = [one for one in seen if one is not None]
+    if not shown:
         return []
-    wave, sd = over_runs([one[0] for one in told], [one[1] for one in told])
+    wave, sd = over_runs([one[0] for one in shown], [one[1] for one in shown])
     # By period, then camera and coordinate, cosine and sine.
     pairs = wave.reshape(len(PERIODS_PX), -1, 2)
     size, error = np.hypot(pairs[..., 0], pairs[..., 1]), sd.reshape(pairs.shape).max(-1)
@@ -89,13 +89,13 @@ def _waves(
         columns[np.ix_(at, np.repeat(hardly.ravel(), 2).nonzero()[0])] = 0.0
         smooth = np.linalg.qr(_smooth(places[at, -2:]))[0]
         columns[at] -= smooth @ (smooth.T @ columns[at])
-    told = np.any(columns[:, :-1] != 0.0, 0)
-    design, value = columns[:, :-1][:, told], columns[:, -1]
+    determined = np.any(columns[:, :-1] != 0.0, 0)
+    design, value = columns[:, :-1][:, determined], columns[:, -1]
     fit = least_squares(design, value, np.full(len(value), float(np.std(value)) or 1.0), rounds=ROUNDS, ridge=RIDGE)
     left = np.clip(fit.residual, -3.0, 3.0)
     grown = slow_mean(left) * max(float(np.std(left)), 1e-300)
-    wave, sd = np.full(len(told), np.nan), np.full(len(told), np.inf)
-    wave[told], sd[told] = fit.coefficients, np.sqrt(np.diag(fit.covariance)) * grown
+    wave, sd = np.full(len(determined), np.nan), np.full(len(determined), np.inf)
+    wave[determined], sd[determined] = fit.coefficients, np.sqrt(np.diag(fit.covariance)) * grown
     return wave, sd
 
 

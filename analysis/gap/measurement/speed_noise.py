@@ -106,13 +106,13 @@ def _along(pairs: Pairs, axis: int) -> _Squares:
 
 
 def _given_back(
-    sizes: Array, errors: Array, drawn: Sequence[tuple[Pairs, Pairs]], told: Callable[[Pairs], _Squares]
+    sizes: Array, errors: Array, drawn: Sequence[tuple[Pairs, Pairs]], squares_of: Callable[[Pairs], _Squares]
 ) -> tuple[Array, Array]:
     """Squares (K,) and their sds with what the Host's fit took of them, by what it takes of the K that were ``drawn``;
     as they are where these do not show it."""
     if not all(len(pairs) for pair in drawn for pairs in pair):
         return sizes, errors
-    was, seen = (np.column_stack([told(pair[k]).sizes for pair in drawn]) for k in (0, 1))
+    was, seen = (np.column_stack([squares_of(pair[k]).sizes for pair in drawn]) for k in (0, 1))
     if not np.all(np.minimum(np.diag(seen), np.diag(was)) > 0) or np.linalg.cond(seen / np.diag(was)) > MOST_ALIKE:
         return sizes, errors
     true = was @ np.linalg.inv(seen)

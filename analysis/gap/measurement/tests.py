@@ -77,13 +77,13 @@ def _frame_rate(series: Series) -> Finding | None:
         for r, run in zip(series.recordings, series.runs, strict=True)
     ]
     ratio, sd = np.array(pairs).T
-    told = np.count_nonzero(np.isfinite(sd))
-    if not told:
+    known = np.count_nonzero(np.isfinite(sd))
+    if not known:
         return None
     sd = np.maximum(sd, LEAST_RATIO_SD)
     weight = 1 / sd**2
     mean = float(np.sum(weight * ratio) / weight.sum())
-    spread = float(np.sqrt(np.sum(weight * (ratio - mean) ** 2) / weight.sum() / max(told - 1, 1)))
+    spread = float(np.sqrt(np.sum(weight * (ratio - mean) ** 2) / weight.sum() / max(known - 1, 1)))
     error = max(1 / np.sqrt(weight.sum()), spread, LEAST_RATIO_SD)
     found = judge("frame_rate_error", {"ratio": (mean, error)}, abs(mean - 1), abs(mean - 1) / error)
     return replace(found, by_run=ByRun.of_estimates(ratio - 1, sd))

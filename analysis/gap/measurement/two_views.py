@@ -39,8 +39,8 @@ Array = NDArray[np.float64]
 LENS_PX, LENS_FULL_PX, LENS_SEEN = 0.10, 0.01, 3.0
 # Two such slopes add like the sides of a triangle: more than this many times the one is seen once in 50 series.
 LENS_TILTS = 2.8
-# ... told from the means of squares of the room this wide, of so many frames each and so many in all; frames so many
-# robust sds off their square's median are none of it, and a correlation beyond this is no longer noise.
+# ... estimated from the means of squares of the room this wide, of so many frames each and so many in all; frames so
+# many robust sds off their square's median are none of it, and a correlation beyond this is no longer noise.
 SQUARE_M, FEWEST_IN_SQUARE, FEWEST_SEEN = 0.01, 20, 50
 GROSS_SD, MOST_LAG = 5.0, 0.9
 # Rounds of the robust fit of both bodies' frames, and what keeps it solvable where a body never moves.

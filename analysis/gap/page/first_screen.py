@@ -127,10 +127,10 @@ def gap_card(page: Page, diagnosis: Diagnosis) -> None:
         k: with_unit(scale * gap[k][quantity], unit) if gap.get(k) and gap[k].get(quantity) is not None else MISSING
         for k in ("as_given", "recalibrated", "with_effect", "noise_floor")
     }
-    told = f"{value['recalibrated']} RMS recalibrated, "
+    errors = f"{value['recalibrated']} RMS recalibrated, "
     if summary["effects"]:
-        told += f"{value['with_effect']} with {'it' if len(causes) == 1 else 'all named'}, "
-    details = [f"Held-out {words}: {told}noise floor {value['noise_floor']}."]
+        errors += f"{value['with_effect']} with {'it' if len(causes) == 1 else 'all named'}, "
+    details = [f"Held-out {words}: {errors}noise floor {value['noise_floor']}."]
     if value["as_given"] != MISSING:
         details.append(f"As given it was {value['as_given']}.")
     if summary["effects"]:

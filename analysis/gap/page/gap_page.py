@@ -208,7 +208,7 @@ def _drive_section(page: Page, diagnosis: Diagnosis) -> None:
     section = page.add_section("The drive", "drive")
     section.add_text(
         "What the shaker was asked for against the Host's measured path, run by run. A drive that was not the one "
-        "asked for is no fault of the model, which follows the measured path; it is told for whoever set it."
+        "asked for is no fault of the model, which follows the measured path; it is reported for whoever set it."
     )
     rows = drive_rows(diagnosis.ladder)
     if rows:

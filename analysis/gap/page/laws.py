@@ -152,9 +152,9 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
             )
     if law.others:
         section.add_table(
-            ("other formula", "its gain over this one's", "told apart"),
+            ("other formula", "its gain over this one's", "distinguished"),
             [(as_text(one.law), percent(one.share), "yes" if one.told_apart else "no") for one in law.others],
-            "The nearest other formulas. Those that the data do not tell apart are as good an answer.",
+            "The nearest other formulas. Those that the data do not distinguish are as good an answer.",
             text_columns=(0, 2),
         )
 
@@ -165,7 +165,7 @@ def by_halves(halves: Halves) -> str:
         f"{size:.3g} ({interval(size - NORMAL_90 * sd, size + NORMAL_90 * sd)})"
         for size, sd in zip(halves.sizes, halves.sds, strict=True)
     )
-    said = f"Fitted to every second run alone its size is {first} of the one told, to the other runs {second}"
+    said = f"Fitted to every second run alone its size is {first} of the one stated, to the other runs {second}"
     return said + (
         ": the halves agree." if halves.agree else ": the halves disagree. Do not use this law; record more runs."
     )
@@ -208,16 +208,16 @@ def evidence_figure(found: Evidence) -> Figure:
     ):
         ax.errorbar(x, shown * values[order], shown * sd[order], fmt="o", ms=3.5, lw=1, color=colour, label=name)
     ax.plot(x, shown * found.law[order], color=BLACK, lw=1.2, label="the law")
-    told = QUANTITIES[found.name].told
-    label(ax, f"{told} [{unit}]" if unit != "1" else told, missing, math=False)
+    meaning = QUANTITIES[found.name].told
+    label(ax, f"{meaning} [{unit}]" if unit != "1" else meaning, missing, math=False)
     legend(ax)
     return figure
 
 
 def _missing(found: Evidence) -> str:
     target = TARGETS[found.target]
-    told = SHOWN.get(found.target_unit, (1.0, found.target_unit))[1]
-    unit = "" if told == "1" else f" [{told}]"
+    shown_unit = SHOWN.get(found.target_unit, (1.0, found.target_unit))[1]
+    unit = "" if shown_unit == "1" else f" [{shown_unit}]"
     what = "missing acceleration" if target.stage == "flight" else "missing"
     if target.unit == "1":
         what = "missing"

@@ -181,8 +181,8 @@ def drive_rows(ladder: Ladder) -> list[Row]:
         worst = max(alike, key=lambda f: abs(f.size))
         runs = list(dict.fromkeys(ladder.series.names[f.run] for f in alike))
         every = len(runs) == len(ladder.series.runs)
-        told = "all" if every and len(runs) > 1 else ", ".join(runs)
-        rows.append((told, worst.words, chance(worst.p)))
+        which = "all" if every and len(runs) > 1 else ", ".join(runs)
+        rows.append((which, worst.words, chance(worst.p)))
     return rows
 
 

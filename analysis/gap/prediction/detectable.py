@@ -112,7 +112,7 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
     name, units = gain.term.name, steps.flights.units
     negligible = units.negligible_m_per_s2
     known = len(left.sd) > 0 and bool(np.isfinite(left.sd).all())
-    told = (
+    measured = (
         (float(np.linalg.norm(left.estimate[:2] if name == "table_tilt" else left.estimate[:1])), float(left.sd[0]))
         if known
         else None
@@ -123,7 +123,7 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
                 "tilt_rad",
                 negligible / GRAVITY_M_PER_S2,
                 noise / GRAVITY_M_PER_S2,
-                told and (told[0] / GRAVITY_M_PER_S2, told[1] / GRAVITY_M_PER_S2),
+                measured and (measured[0] / GRAVITY_M_PER_S2, measured[1] / GRAVITY_M_PER_S2),
             )
         }
     if name == "vertical_motion":
@@ -136,7 +136,7 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
         return {name: _entry("amplitude_m", float(np.sqrt(2) * negligible / (friction * omega**2)), None)}
     own = EFFECTS[name].in_flights
     assert own is not None and own.parameter, f"{name}: which of its parameters is its size?"
-    return {name: _entry(own.parameter, negligible / max(units.of(gain.term.columns[0]), 1e-12), noise, told)}
+    return {name: _entry(own.parameter, negligible / max(units.of(gain.term.columns[0]), 1e-12), noise, measured)}
 
 
 def of_impacts(impacts: HasLaw, left: dict[str, ImpactGain]) -> dict[str, Entry]:
@@ -152,13 +152,13 @@ def of_impacts(impacts: HasLaw, left: dict[str, ImpactGain]) -> dict[str, Entry]
             "amplitude",
             float(np.sqrt(2) * worth),
             rules.SIGNIFICANCE * sd,
-            _told(left.get("direction_dependent_restitution")),
+            _measured(left.get("direction_dependent_restitution")),
         ),
         "speed_dependent_restitution": _entry(
             "restitution_fast",
             worth / spread,
             rules.SIGNIFICANCE * sd / np.sqrt(2) / spread,
-            _told(left.get("speed_dependent_restitution")),
+            _measured(left.get("speed_dependent_restitution")),
         ),
         **_of_drift(data, law.restitution, sd / np.sqrt(2), left.get("restitution_drift")),
     }
@@ -172,12 +172,12 @@ def _of_drift(data: LawData, restitution: float, sd: float, left: ImpactGain | N
     if not np.ptp(column):
         return {}
     spread = float(np.std(column)) * restitution
-    told = None if left is None else (abs(float(left.estimate[i])) / restitution, float(left.sd[i]) / restitution)
+    measured = None if left is None else (abs(float(left.estimate[i])) / restitution, float(left.sd[i]) / restitution)
     size = IMPACT_NEGLIGIBLE["restitution"] / spread
-    return {"restitution_drift": _entry(parameter, size, rules.SIGNIFICANCE * sd / spread, told)}
+    return {"restitution_drift": _entry(parameter, size, rules.SIGNIFICANCE * sd / spread, measured)}
 
 
-def _told(gain: ImpactGain | None) -> tuple[float, float] | None:
+def _measured(gain: ImpactGain | None) -> tuple[float, float] | None:
     return None if gain is None else (float(np.linalg.norm(gain.estimate[:2])), float(gain.sd[0]))
 
 
@@ -196,8 +196,8 @@ def _of_wall(impacts: ImpactFit, left: dict[str, ImpactGain], lens_residual_foun
             noise_m / np.sqrt(2) / max(float(np.std(speed)), 1e-6) * per_slope,
             None if finite is None else (float(finite.estimate[-1]) * per_slope, float(finite.sd[-1]) * per_slope),
         ),
-        "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius, _told(left.get("wall_ellipticity"))),
-        "wall_lobes": _entry("amplitude", ellipse, noise_m / radius, _told(left.get("wall_lobes"))),
+        "wall_ellipticity": _entry("ellipticity", ellipse, noise_m / radius, _measured(left.get("wall_ellipticity"))),
+        "wall_lobes": _entry("amplitude", ellipse, noise_m / radius, _measured(left.get("wall_lobes"))),
     }
     return (
         found if isinstance(impacts.wall.wall.outline, Ring) else {"finite_contact_time": found["finite_contact_time"]}

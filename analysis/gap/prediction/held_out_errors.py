@@ -82,8 +82,8 @@ def held_out_errors(
 def _laws_by_name(causes: tuple[Cause, ...]) -> Array:
     """Packed rows of those that are laws of the impacts; laws of the flights are held by these."""
     named = [cause for cause in causes if cause.stage == "impact" and is_law(cause.effect)]
-    told = [(EFFECTS[one.effect], {name: value for name, (value, _) in one.parameters.items()}) for one in named]
-    return rows_of([term for effect, values in told for term in effect.law(effect.nearest(values)).terms])
+    sized = [(EFFECTS[one.effect], {name: value for name, (value, _) in one.parameters.items()}) for one in named]
+    return rows_of([term for effect, values in sized for term in effect.law(effect.nearest(values)).terms])
 
 
 def _hits(ladder: Ladder, model: Nominal | None, laws: Sequence[WrittenLaw]) -> dict[str, Hit]:

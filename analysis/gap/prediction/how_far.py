@@ -139,10 +139,10 @@ def how_far(ladder: Ladder, errors: Errors4, causes: Sequence[Cause], laws: Sequ
         _normals(steps, by_effect, causes)
     _measurement(ladder, steps, by_effect, causes)
     _drive(ladder, steps, by_effect, causes)
-    told: list[Cause | Structure] = [*causes, *ladder.structure]
+    everything: list[Cause | Structure] = [*causes, *ladder.structure]
     for stage, recalibrated in steps["recalibrated"].items():
         # Where nothing was found, what a freer law still gains is the floor's own bias, no gap.
-        if not any(shows_in(one, stage) for one in told):
+        if not any(shows_in(one, stage) for one in everything):
             steps["noise_floor"][stage] = recalibrated
     return HowFar(steps["recalibrated"], steps["with_effect"], steps["noise_floor"], by_effect)
 

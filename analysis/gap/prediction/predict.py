@@ -248,7 +248,7 @@ def shrinkage(
 
 
 def table(runs: Sequence[Run], columns: Mapping[str, Sequence[Array] | None], frame: RigFrame) -> pd.DataFrame:
-    """Table ``predictions`` from paths per run (``measured`` and the models' columns; None gives nulls), told in the
+    """Table ``predictions`` from paths per run (``measured`` and the models' columns; None gives nulls), in the
     world.
     """
     parts = []

@@ -70,7 +70,7 @@ def term_cause(gain: Gain, trial: FlightFit, series: Series, units: Units) -> Ca
         )
         parameters = {"amplitude_m": (float(amplitude.mean()), float(sd))}
     elif name == "friction_drift":
-        # Fitted about the middle of the runs, told about their start and the first of them, as the simulator has it.
+        # Fitted about the middle of the runs, stated about their start and the first of them, as the simulator has it.
         share = 1 - 0.5 * (len(series.runs) - 1) * trial.model.drift_per_run
         drift, middle_s = float(p[INDEX["drift"]]), -float(np.mean([r.data.time_s[0] for r in series.runs]))
         parameters = {

@@ -39,8 +39,8 @@ MOST_TERMS = 8
 def _accepted(gain: Gain, least: float, units: Units) -> bool:
     """``least``: held-out gain that chance does not reach.
 
-    A drag that pushes is none.  What has no name is told as left only where it is surely more than negligible, by its
-    own sd: what a named motion of the Host leaves by an imperfect law has no other name, and is about as large."""
+    A drag that pushes is none.  What has no name is reported as left only where it is surely more than negligible, by
+    its own sd: what a named motion of the Host leaves by an imperfect law has no other name, and is about as large."""
     size = gain.acceleration_m_per_s2
     if not gain.term.named:
         size *= 1 - 1 / max(gain.significance, 1.0)
@@ -234,7 +234,7 @@ def without_needless(runs: Sequence[Run], with_law: FlightFit, steps: FlightStep
 
 
 def beside_law(steps: FlightSteps, with_law: FlightFit, gone: Sequence[FlightTerm]) -> FlightSteps:
-    """``steps`` that are told what the named terms which are ``gone`` gain beside a law."""
+    """``steps`` that know what the named terms which are ``gone`` gain beside a law."""
     return replace(steps, left=(*steps.left, *(gain_of(with_law, term, steps.units) for term in gone)))
 
 

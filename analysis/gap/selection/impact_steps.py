@@ -213,7 +213,7 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -
     lens = ELLIPTICITY_SD_UNDER_LENS if lens_residual_found else 0.0
     sd = float(np.hypot(np.sqrt(np.mean(np.diag(base.wall.covariance)[at])), lens))
     e = float(np.hypot(c, s))
-    # Lobes are fitted in the Host; all directions are told in the room.
+    # Lobes are fitted in the Host; all directions are stated in the room.
     turn = float(np.mean(base.data.host_angle_rad)) if gain.order else 0.0
     direction = (float(np.arctan2(s, c)) / order + turn, sd / order / max(e, 1e-9))
     parameters = (
@@ -302,16 +302,16 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
 def _along_the_wall(base: ImpactFit) -> list[Structure]:
     """Friction of the wall that each impact has of its own, or that holds more than it slides with; not of contacts
     that last, which have a law of their own."""
-    told = None if base.lasting is not None else friction_of_blows(base.data, base.law)
-    if told is None:
+    observed = None if base.lasting is not None else friction_of_blows(base.data, base.law)
+    if observed is None:
         return []
-    if told.is_each_blows:
+    if observed.is_each_blows:
         words = EACH_BLOW
-        p = chance_of_misfit(told.slid * (told.scatter / USUAL_FRICTION_SCATTER) ** 2, told.slid)
-        size, strength = told.scatter, told.scatter / USUAL_FRICTION_SCATTER
-    elif told.holds_by_more:
+        p = chance_of_misfit(observed.slid * (observed.scatter / USUAL_FRICTION_SCATTER) ** 2, observed.slid)
+        size, strength = observed.scatter, observed.scatter / USUAL_FRICTION_SCATTER
+    elif observed.holds_by_more:
         words = HELD_BY_MORE
-        size, strength, p = told.held - 1, (told.held - 1) / USUAL_FRICTION_SCATTER, SMALLEST_P
+        size, strength, p = observed.held - 1, (observed.held - 1) / USUAL_FRICTION_SCATTER, SMALLEST_P
     else:
         return []
     return [Structure("impact", "impact", "tangential", words, strength, 0.0, size, "1", p)]

@@ -25,10 +25,10 @@ NEGLIGIBLE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class InertiaStep:
-    """``ratio`` of the true inertia to the one in use, with its ``sd`` (None: not told by these data), whether it is
-    ``found``; ``impulse`` and ``angular`` (K,; m/s) that it is told by, ``held_out`` (R,): what the other runs' ratio
-    takes of each run's sum of squares over the variance.  ``contradicted``: it is not found, for the flights' spins ask
-    for the stated one: what its blows do to a spin is something else."""
+    """``ratio`` of the true inertia to the one in use, with its ``sd`` (None: not determined by these data), whether it
+    is ``found``; ``impulse`` and ``angular`` (K,; m/s) that it is fitted to, ``held_out`` (R,): what the other runs'
+    ratio takes of each run's sum of squares over the variance.  ``contradicted``: it is not found, for the flights'
+    spins ask for the stated one: what its blows do to a spin is something else."""
 
     ratio: float = 1.0
     sd: float = float("inf")
@@ -95,16 +95,23 @@ def inertia_step(wall: WallFit | None, flights: FlightFit, inertia_factor: float
         return InertiaStep(stated=stated)
     radius_m = flights.fits[0].run.radius_m
     data = law_data(wall.impacts, wall.used, radius_m, inertia_factor)
-    told = fit_inertia(data, len(flights.fits), radius_m)
-    if told is None:
+    fitted = fit_inertia(data, len(flights.fits), radius_m)
+    if fitted is None:
         return InertiaStep(stated=stated)
     hit = np.unique(data.run)
     found = (
-        min(told.gain, told.beside) > IMPACT_GAIN
-        and told.significance > SIGNIFICANCE
-        and abs(told.ratio - 1) > NEGLIGIBLE
-        and float(np.mean(told.held_out[hit] > 0)) >= IMPROVED
+        min(fitted.gain, fitted.beside) > IMPACT_GAIN
+        and fitted.significance > SIGNIFICANCE
+        and abs(fitted.ratio - 1) > NEGLIGIBLE
+        and float(np.mean(fitted.held_out[hit] > 0)) >= IMPROVED
     )
     return InertiaStep(
-        told.ratio, told.sd, told.gain, bool(found), stated, data.tangential_impulse, data.angular, told.held_out
+        fitted.ratio,
+        fitted.sd,
+        fitted.gain,
+        bool(found),
+        stated,
+        data.tangential_impulse,
+        data.angular,
+        fitted.held_out,
     )

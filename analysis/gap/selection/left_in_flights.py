@@ -1,7 +1,7 @@
 """What no accepted term explains in the flights: missing acceleration against covariates that nobody chose by hand.
 
 Every component of the missing acceleration is held against every covariate: means over its bins, learnt on the other
-runs, predict the pieces of a run.  How much the best pair may gain by chance is told by the same data with each
+runs, predict the pieces of a run.  How much the best pair may gain by chance is given by the same data with each
 flight's accelerations turned about at random, which keeps their sizes and what goes on within a flight.
 """
 

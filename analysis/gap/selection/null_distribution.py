@@ -39,18 +39,18 @@ def flight_null_distribution(
     The scores' variance is inflated by the misfit that ``base`` leaves, as far as it is above that of white noise.
     """
     without = list(base.columns)
-    told = [
+    usable = [
         t for t in terms if set(t.columns) - set(without) and information_of(base.evidence[0], t.columns) is not None
     ]
-    names = list(dict.fromkeys([*without, *(c for t in told for c in t.columns)]))
+    names = list(dict.fromkeys([*without, *(c for t in usable for c in t.columns)]))
     forms = [f for f in (information_of(e, names) for e in base.evidence) if f is not None]
-    if not told or not forms:
+    if not usable or not forms:
         return np.zeros(draws)
     excess = max(base.misfit / max(base.count, 1), 1.0)
     scores = [root_of(excess * form) @ rng.standard_normal((len(names), draws)) for form in forms]
     prior = np.diag(prior_of(names, base.fits[0].run.contact_radius_m))
     nested = [
-        [names.index(n) for n in dict.fromkeys([*without, *columns])] for columns in [(), *(t.columns for t in told)]
+        [names.index(n) for n in dict.fromkeys([*without, *columns])] for columns in [(), *(t.columns for t in usable)]
     ]
     held_out = [held_out_cost(forms, scores, at, prior).sum(0) for at in nested]
     return np.asarray(np.max(held_out[0] - np.array(held_out[1:]), 0))
@@ -95,8 +95,8 @@ def impact_null_distribution(data: LawData, base: Sequence[str], rng: np.random.
         extra = columns * (data.before / sd)[:, None]
         extra = extra - held @ (held.T @ extra)
         u, size, _ = np.linalg.svd(extra, full_matrices=False)
-        told = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
-        best = np.maximum(best, np.sum((u[:, told].T @ noise) ** 2, 0) - penalty)
+        determined = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
+        best = np.maximum(best, np.sum((u[:, determined].T @ noise) ** 2, 0) - penalty)
     return best
 
 

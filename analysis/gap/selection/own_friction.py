@@ -62,10 +62,10 @@ def own_friction(base: FlightFit, beside: Sequence[str] = ()) -> OwnFriction | N
     own, forms = with_own_friction(base).forms.solved(others), base.forms
     at, inner = forms.at([FRICTION])[0], forms.at(others)
     information = forms.information[:, at, at]
-    told = information > 0
-    if np.count_nonzero(told) < FEWEST_RUNS:
+    known = information > 0
+    if np.count_nonzero(known) < FEWEST_RUNS:
         return None
-    over = np.where(told, 1 / np.where(told, information, 1.0), np.nan)
+    over = np.where(known, 1 / np.where(known, information, 1.0), np.nan)
     # Each run's own step where the others' rest.
     steps = (forms.score[:, at] - forms.information[:, at][:, inner] @ own.step) * over
     eliminated = float(np.nansum(forms.score[:, at] ** 2 * over))
@@ -98,7 +98,7 @@ def _eliminated(one: Evidence) -> Evidence:
     over = 1 / own if own > 0 else 0.0
     information = one.information[np.ix_(kept, kept)] - over * np.outer(across, across)
     # What is nothing but friction has no information left, whatever the rounding says.
-    told = np.diag(information) > NOTHING_LEFT * np.diag(one.information)[kept]
-    information = np.where(np.outer(told, told), information, 0.0)
-    score = np.where(told, one.score[kept] - over * across * one.score[at], 0.0)
+    determined = np.diag(information) > NOTHING_LEFT * np.diag(one.information)[kept]
+    information = np.where(np.outer(determined, determined), information, 0.0)
+    score = np.where(determined, one.score[kept] - over * across * one.score[at], 0.0)
     return replace(one, columns=tuple(one.columns[i] for i in kept), information=information, score=score)

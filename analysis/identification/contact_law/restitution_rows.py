@@ -59,24 +59,26 @@ def effect_sizes(
     """Sizes of the effects that were fitted to so many ``impacts``, directions turned into the room's by ``turn_rad``;
     ``shared``: error of the restitution that all impacts share, which moves a limit and an amplitude of it as much."""
     wider = few(impacts, fit.unknowns)
-    told = {effect: {p: (value, wider * sd) for p, (value, sd) in sizes.items()} for effect, sizes in fit.sizes.items()}
-    if SPEED in told:
-        value, sd = told[SPEED]["restitution_fast"]
-        told[SPEED]["restitution_fast"] = (value, float(np.hypot(sd, shared)))
-    if DIRECTION in told:
-        (size, sd), (direction, turned) = told[DIRECTION].values()
+    reported = {
+        effect: {p: (value, wider * sd) for p, (value, sd) in sizes.items()} for effect, sizes in fit.sizes.items()
+    }
+    if SPEED in reported:
+        value, sd = reported[SPEED]["restitution_fast"]
+        reported[SPEED]["restitution_fast"] = (value, float(np.hypot(sd, shared)))
+    if DIRECTION in reported:
+        (size, sd), (direction, turned) = reported[DIRECTION].values()
         direction = float(np.angle(np.exp(1j * (direction + turn_rad))))
-        told[DIRECTION] = {
+        reported[DIRECTION] = {
             "amplitude": (size, float(np.hypot(sd, shared))),
             "direction_rad": (direction, float(np.hypot(turned, shared / max(size, 1e-9)))),
         }
-    return told
+    return reported
 
 
-def rows_of(told: Mapping[str, Mapping[str, tuple[float, float]]]) -> list[tuple[str, Interval]]:
+def rows_of(reported: Mapping[str, Mapping[str, tuple[float, float]]]) -> list[tuple[str, Interval]]:
     """Rows of effects with sizes (value, sd)."""
     return [
         (EFFECTS[effect].parameter(parameter).row, normal_interval(value, sd))
-        for effect, sizes in told.items()
+        for effect, sizes in reported.items()
         for parameter, (value, sd) in sizes.items()
     ]

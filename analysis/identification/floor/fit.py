@@ -228,16 +228,16 @@ def _force_rests(before: FlightNoise, noise: FlightNoise) -> bool:
 
 
 def _estimated(
-    stands: _Standing, names: Sequence[str], told: Sequence[int], noise: FlightNoise, lens_sd: float
+    stands: _Standing, names: Sequence[str], columns_kept: Sequence[int], noise: FlightNoise, lens_sd: float
 ) -> FloorFit:
-    """The fit where it ``stands``, its evidence in the columns ``told``; ``names`` with their covariance, whatever the
+    """The fit where it ``stands``, its evidence in ``columns_kept``; ``names`` with their covariance, whatever the
     force has of any shape."""
     fits = stands.fits
     shapes = shapes_of_force(fits, names, noise)
     columns = columns_of([*names, *shapes, *ORIGIN, *LENS_TERMS])
     at = [columns.index(SHARED.index(n)) for n in names]
     open_evidence = in_threads(_whatever_the_lift, [(fit, columns, noise) for fit in fits])
-    evidence = [one.only(told) for one in open_evidence] if shapes else open_evidence
+    evidence = [one.only(columns_kept) for one in open_evidence] if shapes else open_evidence
     prior, pull = prior_of(columns, stands.shared, lens_sd)
     for name, sd in shapes.items():
         prior[columns.index(INDEX[name])] = sd**-2.0

@@ -85,8 +85,8 @@ def check_recording(recording: Recording, out: Path) -> list[InputError]:
             earlier = earlier or one.name
         states[one.name] = what
     print(drawing(recording.entry(), states))
-    told = {str(found): found for found in (_with_line(problem, recording) for problem in problems)}
-    return list(told.values())  # settings that contradict each other are met again with the table
+    by_text = {str(found): found for found in (_with_line(problem, recording) for problem in problems)}
+    return list(by_text.values())  # settings that contradict each other are met again with the table
 
 
 MARKS = {"up to date": "[x]", "would run": "[ ]", "cannot run": "[!]"}
@@ -143,7 +143,7 @@ def _cameras(recording: Recording) -> None:
             print(f"  {camera.name}: {len(files)} file{'s'[: len(files) != 1]} ({camera.frames})")
     refuse_strange_files(recording)
     for note in file_notes(recording):
-        print(f"  doubt: {note}")
+        print(f"  caution: {note}")
     counts = {camera.name: len(recording.frame_files(camera.name)) for camera in recording.cameras if camera.frames}
     if recording.entry() != "frames":
         return
@@ -223,8 +223,8 @@ def _table(recording: Recording) -> None:
     if entry == "boards":
         return
     if entry == "frames":
-        for doubt in plausibility_warnings(recording):
-            print(f"  doubt: {doubt}")
+        for warning in plausibility_warnings(recording):
+            print(f"  caution: {warning}")
         return
     if entry == "impacts":
         impacts = read_table(recording.folder / "impacts.parquet", "given_impacts")
@@ -235,10 +235,10 @@ def _table(recording: Recording) -> None:
     print(f"  {entry}.parquet: {len(table)} rows, {table['frame'].nunique()} frames")
     if len(table) == 0:
         raise InputError(f"{entry}.parquet has no rows", "at least one frame", "check how it was written")
-    for doubt in (
+    for warning in (
         plausibility_warnings(recording, table) + drive_warnings(table, recording) + sd_warnings(table, recording)
     ):
-        print(f"  doubt: {doubt}")
+        print(f"  caution: {warning}")
     if "marker" in table:
         strange = sorted(set(table["marker"]) - set(recording.markers))
         unseen = [marker for marker in recording.markers if marker not in set(table["marker"])]
@@ -279,9 +279,9 @@ def _accelerometers(recording: Recording) -> None:
     print(f"  accelerometers: {record.settings.file}, {names}, {rate_hz:.6g} samples per second for {lasts_s:.4g} s")
     for channel, clipped in zip(record.settings.channels, record.clipped, strict=True):
         if clipped:
-            print(f"  doubt: {channel.column!r} repeats its extreme: the sensor or the card was beyond its range")
+            print(f"  caution: {channel.column!r} repeats its extreme: the sensor or the card was beyond its range")
     if recording.entry() in ("impacts", "boards"):
-        print("  doubt: accelerometers beside a recording without a Host's motion: nothing will be compared")
+        print("  caution: accelerometers beside a recording without a Host's motion: nothing will be compared")
 
 
 def _would(one: Stage, recording: Recording, out: Path, earlier: str | None) -> tuple[str, InputError | None]:

@@ -27,7 +27,7 @@ HELP = (
 )
 NOISE_PX = 0.05  # sd of a marker's centre in the practice recordings, where nothing better is known
 RUNS, DURATION_S, DAYS, SCATTER = 3, 1.0, 2, 0.01
-MOST_WAIT_S = 600.0  # by the clock, where the cost was told as less than a minute of processor
+MOST_WAIT_S = 600.0  # by the clock, where the cost was stated as less than a minute of processor
 LEAST_FRAMES = 10  # of a run: fewer hold no flight
 MOST_RUNS, MOST_DAYS, FRAME_BYTES = 1000, 100, 2e3
 TABLE, PAGE = "plan", "plan.html"
@@ -130,15 +130,15 @@ def _cameras(recording: Recording) -> list[Camera] | None:
 
 def _not_said(args: argparse.Namespace, noise_px: float) -> list[str]:
     """Defaults that were taken, in words."""
-    told = []
+    sentences = []
     if args.noise_px is None:
         how = f"markers of {args.marker_px:g} px radius in even light" if args.marker_px else "as in practice"
-        told.append(f"a marker's centre is known to {noise_px:.2g} px ({how}; --noise-px)")
+        sentences.append(f"a marker's centre is known to {noise_px:.2g} px ({how}; --noise-px)")
     for name, usual in (("runs", RUNS), ("duration_s", DURATION_S), ("restitution_scatter", SCATTER)):
         if getattr(args, name) == usual:
             option = "--" + name.replace("_", "-")
-            told.append(f"{name.removesuffix('_s').replace('_', ' ')} {usual:g} ({option})")
-    return told
+            sentences.append(f"{name.removesuffix('_s').replace('_', ' ')} {usual:g} ({option})")
+    return sentences
 
 
 def _number(text: str) -> float:

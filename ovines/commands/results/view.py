@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     recording = read_recording(args.recording)
     results = args.results or results_folder(args.recording, None)
     refuse_strange_results(results, recording)
-    shown, told = _shown(recording, results, args.simulation)
+    shown, notes = _shown(recording, results, args.simulation)
     for one in shown.doubtful[:SAID]:
         print(f"look at frame {one.frame}: {one.text} ({one.kind})")
     if len(shown.doubtful) > SAID:
@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
     if any(recording.frame_files(camera.name) for camera in recording.cameras):
         last = min(args.frames[1], number_of_frames(recording) - 1)
         every = args.every or max(1, -(-(last - args.frames[0] + 1) // MOST_FRAMES))
-        pictures = jpegs(recording, Selection(args.frames[0], last, every), told)
+        pictures = jpegs(recording, Selection(args.frames[0], last, every), notes)
     if args.save is None:
         _ready_to_show()
     stream = rerun.RecordingStream("ovines " + recording.name)
@@ -149,7 +149,7 @@ def _shown(recording: Recording, results: Path, simulation: Path | None) -> tupl
             f"{results}: no motion.parquet and no tracks.parquet", "the results of `ovines run`",
             f"run `ovines run {recording.folder}` first",
         )  # fmt: skip
-    told = [note for name in ("tracks", "identification") for note in _notes(results / f"{name}.parquet")]
+    notes = [note for name in ("tracks", "identification") for note in _notes(results / f"{name}.parquet")]
     simulated, why_not = _simulation(found, simulation)
     doubtful = doubtful_frames(recording, found.get("points"), found.get("motion"), found.get("impacts"))[
         :MOST_DOUBTFUL
@@ -162,10 +162,10 @@ def _shown(recording: Recording, results: Path, simulation: Path | None) -> tupl
         found.get("tracks"),
         found.get("points"),
         found.get("impacts"),
-        (f"# {recording.name}", *told, *why_not),
+        (f"# {recording.name}", *notes, *why_not),
         doubtful,
     )
-    return shown, told
+    return shown, notes
 
 
 def _notes(path: Path) -> list[str]:

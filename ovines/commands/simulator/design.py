@@ -13,6 +13,7 @@ from ovines.core.absorber.design import Search, design
 from ovines.core.absorber.response import frequency_response
 from ovines.core.absorber.sprung import DESIGNED
 from ovines.core.absorber.taken import energy_taken
+from ovines.core.ensemble import Workers
 from ovines.errors import InputError
 from ovines.io.provenance import provenance
 from ovines.pipeline.ownership import refuse_theirs
@@ -64,16 +65,16 @@ def run(args: argparse.Namespace) -> int:
     runs = args.runs + (args.runs // 4 * (args.candidates + 1) + args.runs * args.keep if over else 0)
     each = RUN_S * (args.transient + args.periods) * (10.0 if scenario.friction or "floor_friction" in over else 1.0)
     refuse_cost(f"{runs * len(factors)} runs", runs * len(factors) * each, 0.0, args.yes)
-    client = client_of(args.cluster) if args.cluster else None
+    workers = Workers(client=client_of(args.cluster) if args.cluster else None)
     rng = np.random.default_rng(args.seed)
 
     def ask():  # type: ignore[no-untyped-def]
         taken = energy_taken(scenario)
-        response = frequency_response(scenario, factors, args.runs, rng, args.transient, args.periods, client)
+        response = frequency_response(scenario, factors, args.runs, rng, args.transient, args.periods, workers)
         found = None
         if over:
             search = Search(args.candidates, args.keep, args.runs, args.transient, args.periods)
-            found = design(scenario, over, factors, rng, search, client)
+            found = design(scenario, over, factors, rng, search, workers)
         return taken, response, found
 
     try:

@@ -13,6 +13,7 @@ import pandas as pd
 
 from ovines.commands.options import whole_number
 from ovines.core import Scenario, ScenarioError
+from ovines.core.ensemble import Workers
 from ovines.core.sensitivity.run import STATES
 from ovines.errors import InputError
 from ovines.io.provenance import provenance
@@ -199,7 +200,9 @@ def basins_of(scenario: Scenario, args: argparse.Namespace) -> tuple[pd.DataFram
 
     x, y = ranges_of(args, 2, STATES)
     with tqdm(total=len(x[1]) * len(y[1]), disable=bars_disabled(), unit="run") as bar:
-        found = basins(scenario, x, y, transient_of(args), args.periods or 8, states_of(args), progress=bar.update)
+        found = basins(
+            scenario, x, y, transient_of(args), args.periods or 8, states_of(args), workers=Workers(progress=bar.update)
+        )
     lines = [
         f"{'period ' + str(one.period) if one.period else 'no period'}: {100 * one.share:.3g} % of the starts, "
         f"{one.impacts:.3g} impacts per period of the drive"

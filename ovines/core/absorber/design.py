@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ovines.core.absorber.linear import TunedMassDamper, ground_amplitude_m, tuned_mass_damper
 from ovines.core.absorber.response import Response, frequency_response
 from ovines.core.absorber.sprung import designed, suspension_of
+from ovines.core.ensemble import ALL_CORES, Workers
 from ovines.core.refusal import ScenarioError
 from ovines.core.system.model import Scenario
 
@@ -68,8 +68,7 @@ def design(
     factors: Sequence[float] | np.ndarray,
     rng: np.random.Generator,
     search: Search = USUAL,
-    client: Any = None,
-    progress: Callable[[int], object] | None = None,
+    workers: Workers = ALL_CORES,
 ) -> Design:
     """Numbers of the NES that keep the Host's largest amplitude over a band of frequencies smallest.
 
@@ -117,7 +116,7 @@ def design(
 
     def answer(one: dict[str, float], count: int) -> Response:
         made = designed(scenario, one)
-        return frequency_response(made, factors, count, rng, search.transient, search.periods, client, progress)
+        return frequency_response(made, factors, count, rng, search.transient, search.periods, workers)
 
     tried = [_candidate(one, answer(one, max(runs // 4, 1)), np.nan, rng) for one in numbers]
     best = sorted(tried, key=lambda one: one.level_m)[:keep]

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ovines.core.absorber.linear import bare_gain, ground_amplitude_m
 from ovines.core.absorber.sprung import suspension_of
-from ovines.core.ensemble import simulate_ensemble
+from ovines.core.ensemble import ALL_CORES, Workers, simulate_ensemble
 from ovines.core.orbits.period import changed, drive_period_s
 from ovines.core.packing import contact_radius
 from ovines.core.refusal import ScenarioError
@@ -47,8 +46,7 @@ def frequency_response(
     rng: np.random.Generator,
     transient: int = 100,
     periods: int = 50,
-    client: Any = None,
-    progress: Callable[[int], object] | None = None,
+    workers: Workers = ALL_CORES,
 ) -> Response:
     """Host's amplitude at factors of the ground's frequency; the ground's amplitude stays.
 
@@ -98,9 +96,7 @@ def frequency_response(
         times = period * (transient + np.arange(periods * PER_PERIOD) / PER_PERIOD)
         made = replace(made, duration_s=period * (transient + periods), max_impacts=10**9)
         spread = {"nes_x_m": room, "nes_y_m": room}
-        found = simulate_ensemble(
-            made, runs, spread, rng, client=client, progress=progress, sample_times_s=times, tolerance=1e-7
-        )
+        found = simulate_ensemble(made, runs, spread, rng, sample_times_s=times, tolerance=1e-7, workers=workers)
         amplitude[n] = np.sqrt(2.0 * np.var(found.samples[:, :, 6:8], axis=1))
         impacts[n] = float(np.mean(found.n_impacts)) / (transient + periods)
         frequency[n] = 1.0 / period

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled
 from ovines.core.contact.collision import onto_wall
 from ovines.core.integration.flight import wall_stands
@@ -38,7 +39,7 @@ def stand_on(
     onto_wall(y, at, wall, p, k, polygon)
     place(t, y, system, scratch, at)
     face = normal_here(wall, at, p, k, polygon)
-    normal, slip = contact_velocity(face, y[5], at, p)
+    normal, slip = contact_velocity(face, y[S.SPIN], at, p)
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
     if mode == P.ROLL:
         determinant = k_nn * k_tt - k_nt * k_nt
@@ -123,7 +124,7 @@ def follow_wall(
     mode, side = start_mode(t, y, wall, system, work)
     stand_on(t, y, mode, wall, system, work)
     n = k[P.STATE_SIZE]
-    h = 1e-2 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
+    h = 1e-2 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
     while t < end:
         contact = Contact(mode, wall, side)
         derivatives(t, y, contact, system, work[P.SCRATCH], work[P.PLACE], work[0])
@@ -195,7 +196,7 @@ def corner_partner(t: float, y: Floats, wall: int, system: System, work: Floats)
         if other == wall:
             continue
         face = normal_here(other, work[P.PLACE], p, k, polygon)
-        normal = contact_velocity(face, y[5], work[P.PLACE], p)[0]
+        normal = contact_velocity(face, y[S.SPIN], work[P.PLACE], p)[0]
         if face.gap > 1e-10 * p[P.LENGTH] or abs(normal) > 1e-5 * p[P.SPEED]:
             continue
         pair = wall + P.PAIR * other

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, making_arrays
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import law_of
@@ -36,8 +37,8 @@ def onto_wall(y: Floats, at: Floats, wall: int, p: Floats, k: Ints, polygon: Flo
     """Shift the NES by rounding so that it stands on the wall, never outside it."""
     face = normal_here(wall, at, p, k, polygon)
     shift = face.gap - 2e-16 * p[P.LENGTH]
-    y[0] += shift * face.x
-    y[1] += shift * face.y
+    y[S.X] += shift * face.x
+    y[S.Y] += shift * face.y
 
 
 @compiled
@@ -72,13 +73,13 @@ def resolve(
     onto_wall(y, at, wall, p, k, polygon)
     place(t, y, system, scratch, at)
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
-    normal, tangential = contact_velocity(face, y[5], at, p)
+    normal, tangential = contact_velocity(face, y[S.SPIN], at, p)
     pull = pull_to_wall(t, y, wall, system, work)
     slow = math.sqrt(2.0 * REST_HEIGHT * p[P.LENGTH] * abs(pull))
     if normal <= slow:
         push(at, face, -normal / k_nn, 0.0, p, k, y)
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
-    azimuth = math.atan2(at[1] - at[5] + p[P.RADIUS] * face.y, at[0] - at[4] + p[P.RADIUS] * face.x)
+    azimuth = math.atan2(at[S.Y] - at[S.HOST_Y] + p[P.RADIUS] * face.y, at[S.X] - at[S.HOST_X] + p[P.RADIUS] * face.x)
     restitution = effective_restitution(normal, azimuth, t, p)
     friction, reversal, kept, added = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION], 1.0, 0.0
     known = work[P.SPARE]  # replaced where a law asks
@@ -91,7 +92,7 @@ def resolve(
         reversal = min(max(reversal + law_of(TANGENTIAL_RESTITUTION, system.law, known), -1.0), 1.0)
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
     record[P.NORMAL] = math.atan2(face.y, face.x)
-    record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[5]
+    record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[S.SPIN]
     duration = 0.0
     lost, along, worked = y[P.LOST_NORMAL], y[P.LOST_TANGENT], y[P.WORK]
     if p[P.CONTACT_DURATION] > 0.0:
@@ -99,7 +100,7 @@ def resolve(
         place(t + duration, y, system, scratch, at)
         face = normal_here(wall, at, p, k, polygon)
         onto_wall(y, at, wall, p, k, polygon)
-        after_n, after_t = contact_velocity(face, y[5], at, p)
+        after_n, after_t = contact_velocity(face, y[S.SPIN], at, p)
     else:
         p_n, p_t, stuck = impulses(normal, tangential, k_nn, k_nt, k_tt, restitution, friction, reversal)
         push(at, face, p_n, p_t, p, k, y)
@@ -109,17 +110,17 @@ def resolve(
             y[P.LOST_NORMAL] -= 0.5 * p_n * (normal + after_n)
             y[P.LOST_TANGENT] -= 0.5 * p_t * (tangential + after_t)
     if system.law.shape[0] > 0:
-        known[W.SPIN_LEFT] = y[5]
+        known[W.SPIN_LEFT] = y[S.SPIN]
         kept += law_of(SPIN_KEPT, system.law, known)
         added += law_of(SPIN_ADDED, system.law, known)
     if kept != 1.0 or added != 0.0:  # taken out of the contact: the speeds after it are those that the disk leaves with
-        spin = kept * y[5] + added
+        spin = kept * y[S.SPIN] + added
         if k[P.STATE_SIZE] > 6:
-            y[P.LOST_TANGENT] += 0.5 * p[P.INERTIA] * (y[5] * y[5] - spin * spin)
-        y[5] = spin
+            y[P.LOST_TANGENT] += 0.5 * p[P.INERTIA] * (y[S.SPIN] * y[S.SPIN] - spin * spin)
+        y[S.SPIN] = spin
         place(t + duration, y, system, scratch, at)
-        after_n, after_t = contact_velocity(face, y[5], at, p)
-    record[P.NORMAL_AFTER], record[P.TANGENTIAL_AFTER], record[P.SPIN_AFTER] = after_n, after_t, y[5]
+        after_n, after_t = contact_velocity(face, y[S.SPIN], at, p)
+    record[P.NORMAL_AFTER], record[P.TANGENTIAL_AFTER], record[P.SPIN_AFTER] = after_n, after_t, y[S.SPIN]
     record[P.STUCK] = 1.0 if stuck else 0.0
     along = y[P.LOST_TANGENT] - along if k[P.STATE_SIZE] > 6 else math.nan
     record[P.LOST_ALONG], record[P.LOST] = along, along + y[P.LOST_NORMAL] - lost
@@ -188,7 +189,7 @@ def press(
         scratch, at = work[P.SCRATCH], work[P.PLACE]
         place(t + passed, y, system, scratch, at)
         face = normal_here(wall, at, p, k, polygon)
-        normal = contact_velocity(face, y[5], at, p)[0]
+        normal = contact_velocity(face, y[S.SPIN], at, p)[0]
         limit = p[P.WALL_FRICTION] * max(-stiffness * face.gap + damping * normal, 0.0) / tangential_stiffness
         if abs(stretch) > limit:
             stretch = math.copysign(limit, stretch)
@@ -211,7 +212,7 @@ def press_slopes(
     place(t, y, system, scratch, at)
     free_accelerations(t, y, at, system, scratch, dy)
     face = normal_here(wall, at, p, k, polygon)
-    normal, slip = contact_velocity(face, y[5], at, p)
+    normal, slip = contact_velocity(face, y[S.SPIN], at, p)
     squeeze = -spring.stiffness * face.gap + spring.damping * normal
     limit = p[P.WALL_FRICTION] * max(squeeze, 0.0)
     force_t = -min(max(spring.tangential_stiffness * stretch, -limit), limit)

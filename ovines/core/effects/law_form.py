@@ -47,14 +47,14 @@ class LawForm:
         direction = values[self.direction] if self.direction else 0.0
         return Term(self.target, values[self.coefficient], tuple(one.at(values) for one in self.factors), x=direction)
 
-    def told(self, term: Term) -> dict[str, float]:
+    def parameters(self, term: Term) -> dict[str, float]:
         """Parameters of the effect that a term of this form is."""
         factors = {(one.quantity, one.function, one.order): one for one in term.factors}
-        told = {self.coefficient: term.coefficient, self.direction: term.x}
+        values = {self.coefficient: term.coefficient, self.direction: term.x}
         for one in self.factors:
             its = factors[one.quantity, one.function, one.order]
-            told |= {one.scale: its.scale, one.zero: its.x}
-        return {name: value for name, value in told.items() if name}
+            values |= {one.scale: its.scale, one.zero: its.x}
+        return {name: value for name, value in values.items() if name}
 
     def is_form_of(self, term: Term) -> bool:
         """Whether a term has this form, whatever its numbers."""

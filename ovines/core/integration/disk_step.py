@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled, inlined
 from ovines.core.integration.collocation import (
     N_NODES,
@@ -158,10 +159,10 @@ def disk_slopes(t: float, y: Floats, system: System, out: Floats) -> None:
     """Slopes of the state, without its energies, into ``out``."""
     disk = disk_of(system)
     floor_vx, floor_vy, floor_spin, strength = floor_at(t, disk)
-    vx, vy, spin = y[2], y[3], y[5]
-    slip_x, slip_y = vx - floor_vx + floor_spin * y[1], vy - floor_vy - floor_spin * y[0]
+    vx, vy, spin = y[S.VX], y[S.VY], y[S.SPIN]
+    slip_x, slip_y = vx - floor_vx + floor_spin * y[S.Y], vy - floor_vy - floor_spin * y[S.X]
     ax, ay, turn = disk_slope(vx, vy, spin, slip_x, slip_y, spin - floor_spin, strength, disk)
-    out[0], out[1], out[2], out[3], out[4], out[5] = vx, vy, ax, ay, spin, turn
+    out[S.X], out[S.Y], out[S.VX], out[S.VY], out[S.ANGLE], out[S.SPIN] = vx, vy, ax, ay, spin, turn
 
 
 @inlined
@@ -195,11 +196,11 @@ def smooth_span(t: float, y: Floats, h: float, system: System, slopes: Floats) -
     for i in range(3):
         s = 0.5 * i * h
         floor_vx, floor_vy, floor_spin, _strength = floor_at(t + s, disk)
-        x, yy = y[2] + s * slopes[2] - floor_vx, y[3] + s * slopes[3] - floor_vy
+        x, yy = y[S.VX] + s * slopes[S.VX] - floor_vx, y[S.VY] + s * slopes[S.VY] - floor_vy
         if disk.turned:
-            x += floor_spin * (y[1] + s * (y[3] + 0.5 * s * slopes[3]))
-            yy -= floor_spin * (y[0] + s * (y[2] + 0.5 * s * slopes[2]))
-        rim = disk.radius * (y[5] + s * slopes[5] - floor_spin)
+            x += floor_spin * (y[S.Y] + s * (y[S.VY] + 0.5 * s * slopes[S.VY]))
+            yy -= floor_spin * (y[S.X] + s * (y[S.VX] + 0.5 * s * slopes[S.VX]))
+        rim = disk.radius * (y[S.SPIN] + s * slopes[S.SPIN] - floor_spin)
         slide_0, slide_1, slide_2 = slide_1, slide_2, x * x + yy * yy
         rim_0, rim_1, rim_2 = rim_1, rim_2, rim * rim
     part = 1.0
@@ -219,8 +220,8 @@ def sweep(y: Floats, h: float, disk: Disk, work: Floats) -> tuple[float, bool]:
     change, damped = 0.0, False
     narrow = (SATURATED * disk.regularisation) ** 2
     if disk.turned:
-        integrate(work, VX, y[0], h, PLACE_X)
-        integrate(work, VY, y[1], h, PLACE_Y)
+        integrate(work, VX, y[S.X], h, PLACE_X)
+        integrate(work, VY, y[S.Y], h, PLACE_Y)
     for i in range(1, N_NODES):
         vx, vy, spin = work[VX, i], work[VY, i], work[SPIN, i]
         slip_x, slip_y, slip_spin = vx - work[FLOOR_VX, i], vy - work[FLOOR_VY, i], spin - work[FLOOR_SPIN, i]
@@ -263,19 +264,19 @@ def disk_step(t: float, y: Floats, h: float, known: float, system: System, work:
             for i in range(N_NODES):
                 work[row, i] = start
         work[row, 0] = start
-    size = max(abs(y[2]), abs(y[3]), disk.radius * abs(y[5]))
+    size = max(abs(y[S.VX]), abs(y[S.VY]), disk.radius * abs(y[S.SPIN]))
     allowed = p[P.TOLERANCE] * (p[P.SPEED] + size)
     rest, last = 2.0 * SETTLED * allowed, 0.0
     sweeps, damped = 0, False
     while rest > SETTLED * allowed and sweeps < MOST_SWEEPS:
         if damped:
-            settle(work, AX, y[2], h, VX, DAMPING, ROOM)
-            settle(work, AY, y[3], h, VY, DAMPING, ROOM)
-            settle(work, TURN, y[5], h, SPIN, SPIN_DAMPING, ROOM)
+            settle(work, AX, y[S.VX], h, VX, DAMPING, ROOM)
+            settle(work, AY, y[S.VY], h, VY, DAMPING, ROOM)
+            settle(work, TURN, y[S.SPIN], h, SPIN, SPIN_DAMPING, ROOM)
         else:
-            integrate(work, AX, y[2], h, VX)
-            integrate(work, AY, y[3], h, VY)
-            integrate(work, TURN, y[5], h, SPIN)
+            integrate(work, AX, y[S.VX], h, VX)
+            integrate(work, AY, y[S.VY], h, VY)
+            integrate(work, TURN, y[S.SPIN], h, SPIN)
         change, damped = sweep(y, h, disk, work)
         change *= h
         rest = change * min(max(change / last, FASTEST), 1.0) if last > 0.0 else change  # what the next one changes
@@ -318,8 +319,8 @@ def advance(y: Floats, h: float, disk: Disk, energies: bool, work: Floats, out: 
             spinning -= weight * torque * (work[SPIN, i] - floor_spin)
             dragging += weight * rate * (own_x * own_x + own_y * own_y)
             working += weight * (fx * floor_vx + fy * floor_vy + torque * floor_spin)
-    out[0], out[1], out[4] = y[0] + x, y[1] + yy, y[4] + angle
-    out[2], out[3], out[5] = y[2] + vx, y[3] + vy, y[5] + spin
+    out[S.X], out[S.Y], out[S.ANGLE] = y[S.X] + x, y[S.Y] + yy, y[S.ANGLE] + angle
+    out[S.VX], out[S.VY], out[S.SPIN] = y[S.VX] + vx, y[S.VY] + vy, y[S.SPIN] + spin
     if energies:
         for i in range(P.ENERGIES, P.HOST):
             out[i] = y[i]

@@ -6,6 +6,7 @@ engine finds every contact in doubles as always; here it is sharpened, and the l
 
 from __future__ import annotations
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled
 from ovines.core.integration.double_double import (
     Pair,
@@ -94,9 +95,9 @@ def glide_extended(t: float, s: Pair, y: Floats, low: Floats, system: System, ou
         v = add(v, multiply(s, pull))
         out[axis], out_low[axis] = x
         out[2 + axis], out_low[2 + axis] = v
-    spin = (y[5], low[5])
-    out[4], out_low[4] = add((y[4], low[4]), multiply(s, spin))
-    out[5], out_low[5] = spin
+    spin = (y[S.SPIN], low[S.SPIN])
+    out[S.ANGLE], out_low[S.ANGLE] = add((y[S.ANGLE], low[S.ANGLE]), multiply(s, spin))
+    out[S.SPIN], out_low[S.SPIN] = spin
     for axis in range(3):
         at = P.HOST + (4 if axis == ROTATION else axis)
         rate_at = P.HOST + (5 if axis == ROTATION else 2 + axis)
@@ -109,7 +110,7 @@ def glide_extended(t: float, s: Pair, y: Floats, low: Floats, system: System, ou
 def from_host(y: Floats, low: Floats, axis: int) -> tuple[Pair, Pair]:
     """Disk less Host along an axis: place and velocity."""
     x = add((y[axis], low[axis]), (-y[P.HOST + axis], -low[P.HOST + axis]))
-    v = add((y[2 + axis], low[2 + axis]), (-y[P.HOST + 2 + axis], -low[P.HOST + 2 + axis]))
+    v = add((y[2 + axis], low[2 + axis]), (-y[P.HOST + S.VX + axis], -low[P.HOST + S.VX + axis]))
     return x, v
 
 
@@ -152,7 +153,7 @@ def strike_extended(y: Floats, low: Floats, restitution: float, p: Floats, k: In
     nx, ny = divide(x, distance), divide(yy, distance)
     radius, one = (p[P.RADIUS], 0.0), (1.0, 0.0)
     reach = add(distance, radius)
-    spin, host_spin = (y[5], low[5]), (y[P.HOST + 5], low[P.HOST + 5])
+    spin, host_spin = (y[S.SPIN], low[S.SPIN]), (y[P.HOST + S.SPIN], low[P.HOST + S.SPIN])
     normal = add(multiply(vx, nx), multiply(vy, ny))
     slip = add(multiply(vy, nx), negative(multiply(vx, ny)))
     slip = add(slip, add(multiply(radius, spin), negative(multiply(reach, host_spin))))
@@ -173,9 +174,9 @@ def strike_extended(y: Floats, low: Floats, restitution: float, p: Floats, k: In
     give(y, low, 3, multiply(push_y, nes))
     give(y, low, 5, multiply(p_t, nes_turn))
     if p[P.INVERSE_HOST_MASS] > 0.0:
-        give(y, low, P.HOST + 2, negative(multiply(push_x, host)))
-        give(y, low, P.HOST + 3, negative(multiply(push_y, host)))
-        give(y, low, P.HOST + 5, negative(multiply(p_t, host_turn)))
+        give(y, low, P.HOST + S.VX, negative(multiply(push_x, host)))
+        give(y, low, P.HOST + S.VY, negative(multiply(push_y, host)))
+        give(y, low, P.HOST + S.SPIN, negative(multiply(p_t, host_turn)))
 
 
 @compiled

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.integration.disk_step import flight_step
 from ovines.core.system import parameters as P
@@ -22,17 +23,17 @@ def glide(t0: float, s: float, y0: Floats, system: System, scratch: Floats, out:
     host_starts(t0, y0, system, scratch)
     host_after(t0, s, y0, system, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
-    out[0] = y0[0] + s * (y0[2] + 0.5 * s * gx)
-    out[1] = y0[1] + s * (y0[3] + 0.5 * s * gy)
-    out[2] = y0[2] + s * gx
-    out[3] = y0[3] + s * gy
-    out[4] = y0[4] + s * y0[5]
-    out[5] = y0[5]
+    out[S.X] = y0[S.X] + s * (y0[S.VX] + 0.5 * s * gx)
+    out[S.Y] = y0[S.Y] + s * (y0[S.VY] + 0.5 * s * gy)
+    out[S.VX] = y0[S.VX] + s * gx
+    out[S.VY] = y0[S.VY] + s * gy
+    out[S.ANGLE] = y0[S.ANGLE] + s * y0[S.SPIN]
+    out[S.SPIN] = y0[S.SPIN]
     for i in range(P.ENERGIES, min(P.HOST, k[P.STATE_SIZE])):
         out[i] = y0[i]
     if k[P.STATE_SIZE] > P.HOST:
-        out[P.HOST], out[P.HOST + 1], out[P.HOST + 4] = scratch[0], scratch[1], scratch[2]
-        out[P.HOST + 2], out[P.HOST + 3], out[P.HOST + 5] = scratch[3], scratch[4], scratch[5]
+        out[P.HOST], out[P.HOST + S.Y], out[P.HOST + S.ANGLE] = scratch[0], scratch[1], scratch[2]
+        out[P.HOST + S.VX], out[P.HOST + S.VY], out[P.HOST + S.SPIN] = scratch[3], scratch[4], scratch[5]
 
 
 @compiled
@@ -43,12 +44,12 @@ def glide_in_host(
     p, k = system.p, system.k
     host_after(t0, s, y0, system, scratch)
     gx, gy = p[P.GRAVITY_X], p[P.GRAVITY_Y]
-    at[0] = y0[0] + s * (y0[2] + 0.5 * s * gx)
-    at[1] = y0[1] + s * (y0[3] + 0.5 * s * gy)
-    at[2] = y0[2] + s * gx
-    at[3] = y0[3] + s * gy
-    at[4], at[5], at[6] = scratch[0], scratch[1], scratch[2]
-    at[7], at[8], at[9] = scratch[3], scratch[4], scratch[5]
+    at[S.X] = y0[S.X] + s * (y0[S.VX] + 0.5 * s * gx)
+    at[S.Y] = y0[S.Y] + s * (y0[S.VY] + 0.5 * s * gy)
+    at[S.VX] = y0[S.VX] + s * gx
+    at[S.VY] = y0[S.VY] + s * gy
+    at[S.HOST_X], at[S.HOST_Y], at[S.HOST_ANGLE] = scratch[0], scratch[1], scratch[2]
+    at[S.HOST_VX], at[S.HOST_VY], at[S.HOST_SPIN] = scratch[3], scratch[4], scratch[5]
     return in_host(at, k)
 
 
@@ -58,7 +59,7 @@ def acceleration_bound(t0: float, y0: Floats, p: Floats, k: Ints, drive: Floats)
     bound = math.hypot(p[P.GRAVITY_X], p[P.GRAVITY_Y]) + p[P.HOST_ACCELERATION]
     spin, spin_rate = p[P.HOST_SPIN], p[P.HOST_SPIN_RATE]
     if k[P.HOST_KIND] == P.FREE:
-        spin = abs(y0[P.HOST + 5])
+        spin = abs(y0[P.HOST + S.SPIN])
     elif k[P.HOST_KIND] == P.SPRUNG:
         for axis in range(3):
             at = P.HOST + (4 if axis == ROTATION else axis)
@@ -75,7 +76,7 @@ def acceleration_bound(t0: float, y0: Floats, p: Floats, k: Ints, drive: Floats)
                 bound += (damping + math.sqrt(stiffness)) * top
     if k[P.WALL_TURNS]:
         reach = 2.0 * p[P.LENGTH]
-        fast = math.hypot(y0[2], y0[3]) + p[P.SPEED] + spin * reach
+        fast = math.hypot(y0[S.VX], y0[S.VY]) + p[P.SPEED] + spin * reach
         bound += 2.0 * spin * fast + (spin_rate + spin * spin) * reach
     return bound
 
@@ -158,7 +159,7 @@ def glide_to_contact(
                 return s, wall
             advance = min(advance, safe_time(wall, x, yy, vx, vy, bend, advance, system))
         if room > 0.0:
-            advance = max(advance, min(leaves(room, at[0], at[1], at[2], at[3]), remaining - s))
+            advance = max(advance, min(leaves(room, at[S.X], at[S.Y], at[S.VX], at[S.VY]), remaining - s))
         s += max(advance, 1e-16 * (t + s))
     return remaining, -1
 
@@ -182,8 +183,8 @@ def relative(t: float, y: Floats, system: System, work: Floats, dy: Floats, out:
     out[0], out[1], out[2], out[3] = in_host(at, k)
     ax, ay, turn = relative_acceleration(y, at, dy, k, scratch)
     if k[P.WALL_TURNS]:
-        spin = at[9]
-        cosine, sine = math.cos(at[6]), math.sin(at[6])
+        spin = at[S.HOST_SPIN]
+        cosine, sine = math.cos(at[S.HOST_ANGLE]), math.sin(at[S.HOST_ANGLE])
         ax, ay = cosine * ax + sine * ay, cosine * ay - sine * ax
         ax += turn * out[1] + spin * spin * out[0] + 2.0 * spin * out[3]
         ay += -turn * out[0] + spin * spin * out[1] - 2.0 * spin * out[2]
@@ -296,5 +297,5 @@ def land(
 @compiled
 def rest_speed(y: Floats, p: Floats) -> float:
     """Speed that decides whether the disk rests: sliding, and the rim where the floor brakes it too."""
-    sliding = math.hypot(y[2], y[3])
-    return math.hypot(sliding, p[P.RADIUS] * y[5]) if p[P.COUPLING] > 0.0 else sliding
+    sliding = math.hypot(y[S.VX], y[S.VY])
+    return math.hypot(sliding, p[P.RADIUS] * y[S.SPIN]) if p[P.COUPLING] > 0.0 else sliding

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled, copy_into
 from ovines.core.integration.flight import glide
 from ovines.core.integration.suspension import suspension_work
@@ -17,8 +18,15 @@ def take_sample(t: float, y: Floats, system: System, work: Floats, row: Floats) 
     """Geometric centre of the NES and the Host at ``t`` into ``row``."""
     at = work[P.PLACE]
     place(t, y, system, work[P.SCRATCH], at)
-    row[0], row[1], row[2], row[3], row[4], row[5] = at[0], at[1], at[2], at[3], y[4], y[5]
-    row[6], row[7], row[8], row[9], row[10], row[11] = at[4], at[5], at[7], at[8], at[6], at[9]
+    row[0], row[1], row[2], row[3], row[4], row[5] = at[S.X], at[S.Y], at[S.VX], at[S.VY], y[S.ANGLE], y[S.SPIN]
+    row[6], row[7], row[8], row[9], row[10], row[11] = (
+        at[S.HOST_X],
+        at[S.HOST_Y],
+        at[S.HOST_VX],
+        at[S.HOST_VY],
+        at[S.HOST_ANGLE],
+        at[S.HOST_SPIN],
+    )
 
 
 @compiled

@@ -160,7 +160,7 @@ class WrittenLaw:
         return TARGETS[self.terms[0].target].stage
 
     def moved(self, turn_rad: float, origin_m: Sequence[float] = (0.0, 0.0)) -> WrittenLaw:
-        """The same law told in a frame in which its own frame's x axis points to ``turn_rad`` and its origin lies at
+        """The same law in a frame in which its own frame's x axis points to ``turn_rad`` and its origin lies at
         ``origin_m``."""
         return WrittenLaw(tuple(_moved_term(one, turn_rad, (origin_m[0], origin_m[1])) for one in self.terms))
 
@@ -174,10 +174,10 @@ class WrittenLaw:
         ``clock_rad``."""
         late = {"time": time_s, "clock": clock_rad}
 
-        def told(one: Factor) -> Factor:
+        def shifted(one: Factor) -> Factor:
             return replace(one, x=one.x - late.get(one.quantity, 0.0))
 
-        return WrittenLaw(tuple(replace(term, factors=tuple(map(told, term.factors))) for term in self.terms))
+        return WrittenLaw(tuple(replace(term, factors=tuple(map(shifted, term.factors))) for term in self.terms))
 
 
 def most_terms(terms: Sequence[Term]) -> int:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from ovines.core.ensemble import STATE_PLACES, inside, simulate_ensemble
+from ovines.core.ensemble import ALL_CORES, STATE_PLACES, Workers, inside, simulate_ensemble
 from ovines.core.orbits.period import changed, drive_period_s
 from ovines.core.packing import pack
 from ovines.core.refusal import ScenarioError
@@ -24,8 +23,7 @@ def section(
     transient: int = 0,
     phase: float = 0.0,
     starts: Mapping[str, np.ndarray] | None = None,
-    client: Any = None,
-    progress: Callable[[int], object] | None = None,
+    workers: Workers = ALL_CORES,
 ) -> np.ndarray:
     """Stroboscopic Poincare section: states (runs, periods, 12) once per period of the drive.
 
@@ -39,7 +37,7 @@ def section(
         Part of a period (0 up to 1) at which the section is taken.
     starts
         Values (n,) of states by name, one run each; None: the scenario's own start.
-    client, progress
+    workers
         As :func:`ovines.core.ensemble.simulate_ensemble` has them.
 
     Examples
@@ -62,7 +60,7 @@ def section(
     rows = len(next(iter(starts.values()))) if starts else 1
     made = replace(scenario, duration_s=float(times[-1]) * (1.0 + 1e-12), max_impacts=10**9)
     found = simulate_ensemble(
-        made, rows, dict(starts or {}), np.random.default_rng(0), sample_times_s=times, client=client, progress=progress
+        made, rows, dict(starts or {}), np.random.default_rng(0), sample_times_s=times, workers=workers
     )
     return found.samples
 
@@ -107,9 +105,11 @@ def bifurcation(
         period = drive_period_s(made)
         times = period * np.arange(transient, transient + periods + 1)
         made = replace(made, duration_s=float(times[-1]) * (1.0 + 1e-12), max_impacts=10**9)
-        whole = simulate_ensemble(made, 1, {}, np.random.default_rng(0), sample_times_s=times, jobs=1)
+        whole = simulate_ensemble(made, 1, {}, np.random.default_rng(0), sample_times_s=times, workers=Workers(jobs=1))
         before = replace(made, duration_s=max(float(times[0]), 1e-9 * period))
-        early = simulate_ensemble(before, 1, {}, np.random.default_rng(0), jobs=1) if transient else None
+        early = (
+            simulate_ensemble(before, 1, {}, np.random.default_rng(0), workers=Workers(jobs=1)) if transient else None
+        )
         states.append(whole.samples[0, 1:])
         impacts.append((int(whole.n_impacts[0]) - (int(early.n_impacts[0]) if early else 0)) / periods)
         if carry:
@@ -150,8 +150,7 @@ def basins(
     longest: int = 8,
     seen: Sequence[str] = STATES[:4],
     near: float = 1e-3,
-    client: Any = None,
-    progress: Callable[[int], object] | None = None,
+    workers: Workers = ALL_CORES,
 ) -> Basins:
     """Basins of attraction over a grid of starts: on which attractor each ends.
 
@@ -164,9 +163,9 @@ def basins(
     transient
         Periods of the drive before the attractor is looked at.
     longest
-        Longest period (in drive periods) that is told from no period.
+        Longest period (in drive periods) that counts as one.
     seen
-        States that tell attractors apart.
+        States by which attractors differ.
     near
         Two states are one where they differ by less than this, in lengths and speeds of the scenario.
 
@@ -200,9 +199,7 @@ def basins(
     times = period * np.arange(transient, transient + 2 * longest + 1)
     made = replace(scenario, duration_s=float(times[-1]) * (1.0 + 1e-12), max_impacts=10**9)
     spread = {x[0]: grid_x[fine], y[0]: grid_y[fine]}
-    found = simulate_ensemble(
-        made, len(fine), spread, np.random.default_rng(0), sample_times_s=times, client=client, progress=progress
-    )
+    found = simulate_ensemble(made, len(fine), spread, np.random.default_rng(0), sample_times_s=times, workers=workers)
     chosen = [row_of(name) for name in seen]
     radius = float(packed.p[P.RADIUS])
     length, speed = float(packed.p[P.LENGTH]), float(packed.p[P.SPEED])
@@ -226,7 +223,9 @@ def _impacts_per_period(last: np.ndarray, made: Scenario, period: float) -> floa
     again = replace(
         made, initial_nes=tuple(last[:6]), initial_host=tuple(last[6:]), duration_s=periods * period * (1.0 + 1e-12)
     )
-    return float(simulate_ensemble(again, 1, {}, np.random.default_rng(0), jobs=1).n_impacts[0]) / periods
+    return (
+        float(simulate_ensemble(again, 1, {}, np.random.default_rng(0), workers=Workers(jobs=1)).n_impacts[0]) / periods
+    )
 
 
 def _kinds(scaled: np.ndarray, longest: int, near: float) -> tuple[np.ndarray, list[tuple[int, int]]]:

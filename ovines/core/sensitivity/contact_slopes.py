@@ -5,6 +5,7 @@ Columns as in :mod:`ovines.core.sensitivity.flight_slopes`.
 
 from __future__ import annotations
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled
 from ovines.core.sensitivity.columns import (
     Q_CONTACT,
@@ -35,9 +36,9 @@ def geometry_tangents(
     ``s`` may have one column more than ``q``: the flow itself, so that its column holds rates.
     """
     nx, ny, bent = face.x, face.y, face.curvature
-    radius, turn = p[P.RADIUS], at[9]
-    rx, ry = at[0] - at[4], at[1] - at[5]
-    vx, vy = at[2] - at[7] + turn * ry, at[3] - at[8] - turn * rx
+    radius, turn = p[P.RADIUS], at[S.HOST_SPIN]
+    rx, ry = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
+    vx, vy = at[S.VX] - at[S.HOST_VX] + turn * ry, at[S.VY] - at[S.HOST_VY] - turn * rx
     rn, rt = rx * nx + ry * ny, ry * nx - rx * ny
     vn, vt = vx * nx + vy * ny, vy * nx - vx * ny
     _nes_n, _nes_t, host_n, host_t = levers(face, at, p)
@@ -119,10 +120,10 @@ def contact_tangents(
     bias_n, bias_t = contact_bias(y, at, face, free, p, k, scratch)
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
     ax, ay, alpha = relative_acceleration(y, at, free, k, scratch)
-    geometry_tangents(contact.wall, face, y[5], at, p, s[:, :m], q, g)
-    nx, ny, bent, spin, radius = face.x, face.y, face.curvature, at[9], p[P.RADIUS]
-    rx, ry = at[0] - at[4], at[1] - at[5]
-    vx, vy = at[2] - at[7] + spin * ry, at[3] - at[8] - spin * rx
+    geometry_tangents(contact.wall, face, y[S.SPIN], at, p, s[:, :m], q, g)
+    nx, ny, bent, spin, radius = face.x, face.y, face.curvature, at[S.HOST_SPIN], p[P.RADIUS]
+    rx, ry = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
+    vx, vy = at[S.VX] - at[S.HOST_VX] + spin * ry, at[S.VY] - at[S.HOST_VY] - spin * rx
     rn, rt, along = rx * nx + ry * ny, ry * nx - rx * ny, vy * nx - vx * ny
     vn = vx * nx + vy * ny
     bx = ax + alpha * ry + spin * spin * rx + 2.0 * spin * vy
@@ -153,7 +154,7 @@ def contact_tangents(
         d_n = dbx * nx + dby * ny + (by * nx - bx * ny) * angle + flatter * along * along
         d_n += 2.0 * bent * along * (dvy * nx - dvx * ny - vn * angle)
         dn, dt = dx * nx + dy * ny, dy * nx - dx * ny
-        d_t = day * nx - dax * ny - (ax * nx + ay * ny) * angle + q[Q_RADIUS, j] * (free[5] - alpha)
+        d_t = day * nx - dax * ny - (ax * nx + ay * ny) * angle + q[Q_RADIUS, j] * (free[S.SPIN] - alpha)
         d_t += radius * (ds[5, j] - dalpha) - dalpha * rn - alpha * (dn + rt * angle)
         d_t += spin * (2.0 * dspin * rt + spin * (dt - rn * angle))
         if contact.mode == P.SLIDE:

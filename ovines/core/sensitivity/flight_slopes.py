@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled, inlined
 from ovines.core.sensitivity.columns import (
     Q_AMPLITUDE,
@@ -90,15 +91,15 @@ def floor_tangents(
     p, k = system.p, system.k
     grounded = k[P.ON_GROUND] != 0
     moving = (k[P.HOST_KIND] == P.FREE or k[P.HOST_KIND] == P.SPRUNG) and not grounded
-    rx, ry = at[0] - at[4], at[1] - at[5]
-    turn = 0.0 if grounded else at[9]
-    vx, vy, load = at[2], at[3], p[P.FLOOR_LOAD]
+    rx, ry = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
+    turn = 0.0 if grounded else at[S.HOST_SPIN]
+    vx, vy, load = at[S.VX], at[S.VY], p[P.FLOOR_LOAD]
     if not grounded:
-        vx, vy = vx - at[7] + turn * ry, vy - at[8] - turn * rx
+        vx, vy = vx - at[S.HOST_VX] + turn * ry, vy - at[S.HOST_VY] - turn * rx
         load += vertical_acceleration(t, k, system.drive, system.table)
     wears = 1.0 + p[P.DRIFT_PER_S] * t
     strength = max(p[P.FLOOR_FRICTION] * wears, 0.0) * max(load, 0.0)
-    floor_slopes(vx, vy, y[5] - turn, p[P.RADIUS], p[P.REGULARISATION], p[P.COUPLING], friction)
+    floor_slopes(vx, vy, y[S.SPIN] - turn, p[P.RADIUS], p[P.REGULARISATION], p[P.COUPLING], friction)
     f = friction
     mass, per_inertia = p[P.MASS], p[P.MASS] / p[P.INERTIA]
     for j in range(q.shape[1]):
@@ -143,13 +144,13 @@ def flight_tangents(
             ds[6, j], ds[7, j], ds[10, j] = s[8, j], s[9, j], s[11, j]
             ds[8, j], ds[9, j], ds[11, j] = 0.0, 0.0, 0.0
     if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
-        speed = math.hypot(y[2], y[3])
+        speed = math.hypot(y[S.VX], y[S.VY])
         rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
         steep = p[P.AIR_DRAG] / speed if speed > 0.0 else 0.0
         for j in range(m):
-            along = steep * (y[2] * s[2, j] + y[3] * s[3, j])
-            ds[2, j] -= rate * s[2, j] + along * y[2]
-            ds[3, j] -= rate * s[3, j] + along * y[3]
+            along = steep * (y[S.VX] * s[2, j] + y[S.VY] * s[3, j])
+            ds[2, j] -= rate * s[2, j] + along * y[S.VX]
+            ds[3, j] -= rate * s[3, j] + along * y[S.VY]
     if kind == P.SPRUNG:
         drive_slopes(t, system.drive, base)
         for axis in range(3):

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled, copy_into, making_arrays
 from ovines.core.contact.along_wall import (
     GOES_ON,
@@ -98,16 +99,16 @@ def fly_tangents(
     p, k = system.p, system.k
     a, b, cx, cy = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
     flying = Contact(P.FLIGHT, -1, 0.0)
-    h = min(0.05 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3])), p[P.MAX_STEP])
+    h = min(0.05 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY])), p[P.MAX_STEP])
     last = np.zeros(P.N_STATE)
     flight_slopes(t, y, system, work, work[0])
     relative(t, y, system, work, work[0], a)
     while t < end:
         if k[P.ON_GROUND] and can_rest(y, system):
-            y[2], y[3] = 0.0, 0.0
+            y[S.VX], y[S.VY] = 0.0, 0.0
             tangents.s[2:4, :] = 0.0
             if p[P.COUPLING] > 0.0:
-                y[5] = 0.0
+                y[S.SPIN] = 0.0
                 tangents.s[5, :] = 0.0
             return t, -2
         s = asked = smooth_span(t, y, min(h, end - t), system, work[0])
@@ -152,7 +153,7 @@ def hug_tangents(
     mode, side = start_mode(t, y, wall, system, work)
     stand_on(t, y, mode, wall, system, work)
     hold_tangents(t, y, mode, wall, system, work, s, q, room)
-    h = 1e-2 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
+    h = 1e-2 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
     while t < end:
         contact = Contact(mode, wall, side)
         derivatives(t, y, contact, system, work[P.SCRATCH], work[P.PLACE], work[0])
@@ -290,7 +291,7 @@ def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found:
                     struck = True
                 elif event == RELEASED:
                     contact = Contact(P.FLIGHT, -1, 0.0)
-                    grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[2], y[3]))
+                    grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
             if not struck:
                 continue
             how, contact, counted = meet_wall(t, y, wall, contact, system, work, before, tangents, delay, record)

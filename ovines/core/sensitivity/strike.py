@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled
 from ovines.core.sensitivity.columns import Q_RADIUS, Q_RESTITUTION, Q_REVERSAL, Q_WALL_FRICTION
 from ovines.core.sensitivity.contact_slopes import (
@@ -99,15 +100,15 @@ def strike_tangents(
     at, g, forces, d_forces = work[P.PLACE], room[13:24], room[24, :2], room[25:27]
     place(t, y, system, work[P.SCRATCH], at)
     face = normal_here(wall, at, p, k, system.polygon)
-    normal, slip = contact_velocity(face, y[5], at, p)
+    normal, slip = contact_velocity(face, y[S.SPIN], at, p)
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
     m = q.shape[1]
-    geometry_tangents(wall, face, y[5], at, p, s, q, g)
+    geometry_tangents(wall, face, y[S.SPIN], at, p, s, q, g)
     pull = g[NORMAL, m]
     if normal <= 0.0 or (pull < 0.0 and normal * normal < -2.0 * pull * GRAZE * p[P.LENGTH]):
         return False
     reach_event(GAP, g, s, delay)
-    rx, ry = at[0] - at[4] + p[P.RADIUS] * face.x, at[1] - at[5] + p[P.RADIUS] * face.y
+    rx, ry = at[S.X] - at[S.HOST_X] + p[P.RADIUS] * face.x, at[S.Y] - at[S.HOST_Y] + p[P.RADIUS] * face.y
     azimuth = math.atan2(ry, rx)
     eps = effective_restitution(normal, azimuth, t, p)
     mu, beta = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION]
@@ -161,7 +162,7 @@ def slip_ends_tangents(
     at, g = work[P.PLACE], room[13:24]
     place(t, y, system, work[P.SCRATCH], at)
     face = normal_here(contact.wall, at, system.p, system.k, system.polygon)
-    geometry_tangents(contact.wall, face, y[5], at, system.p, s, q, g)
+    geometry_tangents(contact.wall, face, y[S.SPIN], at, system.p, s, q, g)
     reach_event(SLIPS, g, s, delay)
 
 
@@ -176,7 +177,7 @@ def hold_tangents(
     face = normal_here(wall, at, p, k, system.polygon)
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
     m = q.shape[1]
-    geometry_tangents(wall, face, y[5], at, p, s[:, :m], q, g)
+    geometry_tangents(wall, face, y[S.SPIN], at, p, s[:, :m], q, g)
     both = 1.0 / p[P.MASS] + p[P.INVERSE_HOST_MASS]
     for j in range(m):  # the lighter body gives way
         nes, host = g[GAP, j] / (p[P.MASS] * both), g[GAP, j] * p[P.INVERSE_HOST_MASS] / both
@@ -184,7 +185,7 @@ def hold_tangents(
         s[1, j] += nes * face.y
         s[6, j] -= host * face.x
         s[7, j] -= host * face.y
-    geometry_tangents(wall, face, y[5], at, p, s[:, :m], q, g)
+    geometry_tangents(wall, face, y[S.SPIN], at, p, s[:, :m], q, g)
     forces[0], forces[1] = 0.0, 0.0
     determinant = k_nn * k_tt - k_nt * k_nt
     for j in range(m):

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, inlined, making_arrays
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push as push_law
@@ -34,26 +35,26 @@ def free_accelerations(t: float, y: Floats, at: Floats, system: System, scratch:
     for i in range(k[P.STATE_SIZE]):
         dy[i] = 0.0
     mass = p[P.MASS]
-    dy[0], dy[1], dy[4] = y[2], y[3], y[5]
-    dy[2], dy[3] = p[P.GRAVITY_X], p[P.GRAVITY_Y]
+    dy[S.X], dy[S.Y], dy[S.ANGLE] = y[S.VX], y[S.VY], y[S.SPIN]
+    dy[S.VX], dy[S.VY] = p[P.GRAVITY_X], p[P.GRAVITY_Y]
     kind = k[P.HOST_KIND]
     moving = kind == P.FREE or kind == P.SPRUNG
     if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
-        speed = math.hypot(y[2], y[3])
+        speed = math.hypot(y[S.VX], y[S.VY])
         rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
-        dy[2] -= rate * y[2]
-        dy[3] -= rate * y[3]
+        dy[S.VX] -= rate * y[S.VX]
+        dy[S.VY] -= rate * y[S.VY]
         if k[P.STATE_SIZE] > 6:
             dy[P.LOST_DRAG] = mass * rate * speed * speed
     if kind == P.SPRUNG:
         springs(t, y, system, scratch, dy)
     if moving:
-        dy[P.HOST], dy[P.HOST + 1], dy[P.HOST + 4] = y[P.HOST + 2], y[P.HOST + 3], y[P.HOST + 5]
-    before_x, before_y, before_spin = dy[2], dy[3], dy[5]
+        dy[P.HOST], dy[P.HOST + S.Y], dy[P.HOST + S.ANGLE] = y[P.HOST + S.VX], y[P.HOST + S.VY], y[P.HOST + S.SPIN]
+    before_x, before_y, before_spin = dy[S.VX], dy[S.VY], dy[S.SPIN]
     if p[P.FLOOR_FRICTION] > 0.0:
         floor(t, y, at, system, moving, dy)
     if system.law.shape[0] > 0:
-        written(t, y, at, system, scratch, (dy[2] - before_x, dy[3] - before_y, dy[5] - before_spin), dy)
+        written(t, y, at, system, scratch, (dy[S.VX] - before_x, dy[S.VY] - before_y, dy[S.SPIN] - before_spin), dy)
 
 
 @inlined
@@ -62,12 +63,12 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
     p, k, drive, table = system.p, system.k, system.drive, system.table
     mass = p[P.MASS]
     load = p[P.FLOOR_LOAD]
-    vx, vy, spin = at[2], at[3], y[5]
+    vx, vy, spin = at[S.VX], at[S.VY], y[S.SPIN]
     floor_vx, floor_vy, floor_spin = 0.0, 0.0, 0.0
     if not k[P.ON_GROUND]:
-        floor_vx = at[7] - at[9] * (at[1] - at[5])
-        floor_vy = at[8] + at[9] * (at[0] - at[4])
-        floor_spin = at[9]
+        floor_vx = at[S.HOST_VX] - at[S.HOST_SPIN] * (at[S.Y] - at[S.HOST_Y])
+        floor_vy = at[S.HOST_VY] + at[S.HOST_SPIN] * (at[S.X] - at[S.HOST_X])
+        floor_spin = at[S.HOST_SPIN]
         load = max(load + vertical_acceleration(t, k, drive, table), 0.0)
     strength = max(p[P.FLOOR_FRICTION] * (1.0 + p[P.DRIFT_PER_S] * t), 0.0) * load
     if p[P.ROCKING] != 0.0:
@@ -75,9 +76,9 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
     ax, ay, torque = floor_friction(
         vx - floor_vx, vy - floor_vy, spin - floor_spin, p[P.RADIUS], strength, p[P.REGULARISATION], p[P.COUPLING]
     )
-    dy[2] += ax
-    dy[3] += ay
-    dy[5] += (torque - at[10] * ay + at[11] * ax) * mass / p[P.INERTIA]
+    dy[S.VX] += ax
+    dy[S.VY] += ay
+    dy[S.SPIN] += (torque - at[S.OFF_X] * ay + at[S.OFF_Y] * ax) * mass / p[P.INERTIA]
     size = k[P.STATE_SIZE]
     if size > 6:
         dy[P.LOST_SLIDING] -= mass * (ax * (vx - floor_vx) + ay * (vy - floor_vy))
@@ -85,10 +86,10 @@ def floor(t: float, y: Floats, at: Floats, system: System, moving: bool, dy: Flo
         if not moving:
             dy[P.WORK] += mass * (ax * floor_vx + ay * floor_vy + torque * floor_spin)
     if moving and not k[P.ON_GROUND]:
-        dy[P.HOST + 2] -= ax * mass * p[P.INVERSE_HOST_MASS]
-        dy[P.HOST + 3] -= ay * mass * p[P.INVERSE_HOST_MASS]
-        arm = (at[0] - at[4]) * ay - (at[1] - at[5]) * ax
-        dy[P.HOST + 5] -= (torque + arm) * mass * p[P.INVERSE_HOST_INERTIA]
+        dy[P.HOST + S.VX] -= ax * mass * p[P.INVERSE_HOST_MASS]
+        dy[P.HOST + S.VY] -= ay * mass * p[P.INVERSE_HOST_MASS]
+        arm = (at[S.X] - at[S.HOST_X]) * ay - (at[S.Y] - at[S.HOST_Y]) * ax
+        dy[P.HOST + S.SPIN] -= (torque + arm) * mass * p[P.INVERSE_HOST_INERTIA]
 
 
 @making_arrays
@@ -109,11 +110,11 @@ def written(
     known[W.FX], known[W.FY], known[W.FT] = friction
     for j in range(law.shape[0]):
         push_law(law[j], 1.0, known, out)
-    dy[2] += out[0]
-    dy[3] += out[1]
-    dy[5] += out[2]
+    dy[S.VX] += out[0]
+    dy[S.VY] += out[1]
+    dy[S.SPIN] += out[2]
     if k[P.STATE_SIZE] > 6:
-        dy[P.LOST_DRAG] -= p[P.MASS] * (out[0] * y[2] + out[1] * y[3]) + p[P.INERTIA] * out[2] * y[5]
+        dy[P.LOST_DRAG] -= p[P.MASS] * (out[0] * y[S.VX] + out[1] * y[S.VY]) + p[P.INERTIA] * out[2] * y[S.SPIN]
 
 
 @compiled
@@ -143,14 +144,14 @@ def contact_bias(
     cancel; the path's curvature is in it.  Follows from differentiating the gap twice in the Host's frame.
     """
     nx, ny = face.x, face.y
-    x, yy = at[0] - at[4], at[1] - at[5]
+    x, yy = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
     ax, ay, turn = relative_acceleration(y, at, dy, k, scratch)
-    spin = at[9]
+    spin = at[S.HOST_SPIN]
     slip_acceleration = (
-        ay * nx - ax * ny + p[P.RADIUS] * (dy[5] - turn) - turn * (x * nx + yy * ny)
+        ay * nx - ax * ny + p[P.RADIUS] * (dy[S.SPIN] - turn) - turn * (x * nx + yy * ny)
         + spin * spin * (yy * nx - x * ny)
     )  # fmt: skip
-    vx, vy = at[2] - at[7] + spin * yy, at[3] - at[8] - spin * x
+    vx, vy = at[S.VX] - at[S.HOST_VX] + spin * yy, at[S.VY] - at[S.HOST_VY] - spin * x
     ax += turn * yy + spin * spin * x + 2.0 * spin * vy
     ay += -turn * x + spin * spin * yy - 2.0 * spin * vx
     along = vy * nx - vx * ny
@@ -164,16 +165,18 @@ def push(at: Floats, face: Face, normal: float, tangential: float, p: Floats, k:
     """
     fx, fy = normal * face.x - tangential * face.y, normal * face.y + tangential * face.x
     nes_n, nes_t, host_n, host_t = levers(face, at, p)
-    out[2] += fx / p[P.MASS]
-    out[3] += fy / p[P.MASS]
-    out[5] += (nes_n * tangential - nes_t * normal) / p[P.INERTIA]
+    out[S.VX] += fx / p[P.MASS]
+    out[S.VY] += fy / p[P.MASS]
+    out[S.SPIN] += (nes_n * tangential - nes_t * normal) / p[P.INERTIA]
     size = k[P.STATE_SIZE]
     if size > P.HOST:
-        out[P.HOST + 2] -= fx * p[P.INVERSE_HOST_MASS]
-        out[P.HOST + 3] -= fy * p[P.INVERSE_HOST_MASS]
-        out[P.HOST + 5] -= (host_n * tangential - host_t * normal) * p[P.INVERSE_HOST_INERTIA]
+        out[P.HOST + S.VX] -= fx * p[P.INVERSE_HOST_MASS]
+        out[P.HOST + S.VY] -= fy * p[P.INVERSE_HOST_MASS]
+        out[P.HOST + S.SPIN] -= (host_n * tangential - host_t * normal) * p[P.INVERSE_HOST_INERTIA]
     elif size > 6:  # force on the NES times the wall's velocity there
-        out[P.WORK] += fx * at[7] + fy * at[8] + at[9] * (host_n * tangential - host_t * normal)
+        out[P.WORK] += (
+            fx * at[S.HOST_VX] + fy * at[S.HOST_VY] + at[S.HOST_SPIN] * (host_n * tangential - host_t * normal)
+        )
 
 
 @making_arrays
@@ -204,7 +207,7 @@ def corner_forces(y: Floats, pair: int, side: float, system: System, scratch: Fl
     for j in range(2):
         force = first if j == 0 else second
         face = normal_here(walls[j], at, p, k, polygon)
-        slip = contact_velocity(face, y[5], at, p)[1]
+        slip = contact_velocity(face, y[S.SPIN], at, p)[1]
         push(at, face, -force, -friction * force, p, k, dy)
         if k[P.STATE_SIZE] > 6:
             dy[P.LOST_TANGENT] += friction * force * slip
@@ -234,7 +237,7 @@ def _derivatives(
     face = normal_here(wall, at, p, k, polygon)
     bias_n, bias_t = contact_bias(y, at, face, dy, p, k, scratch)
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
-    slip = contact_velocity(face, y[5], at, p)[1]
+    slip = contact_velocity(face, y[S.SPIN], at, p)[1]
     determinant = k_nn * k_tt - k_nt * k_nt
     force_n = -(k_tt * bias_n - k_nt * bias_t) / determinant
     force_t = -(k_nn * bias_t - k_nt * bias_n) / determinant

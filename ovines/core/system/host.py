@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.system import parameters as P
 from ovines.core.system.packed import System
@@ -165,10 +166,10 @@ def host_after(t0: float, s: float, y0: Floats, system: System, out: Floats) -> 
         for i in range(9):
             out[i] = 0.0
     elif kind == P.FREE:
-        out[0] = y0[P.HOST] + s * y0[P.HOST + 2]
-        out[1] = y0[P.HOST + 1] + s * y0[P.HOST + 3]
-        out[2] = y0[P.HOST + 4] + s * y0[P.HOST + 5]
-        out[3], out[4], out[5] = y0[P.HOST + 2], y0[P.HOST + 3], y0[P.HOST + 5]
+        out[0] = y0[P.HOST] + s * y0[P.HOST + S.VX]
+        out[1] = y0[P.HOST + S.Y] + s * y0[P.HOST + S.VY]
+        out[2] = y0[P.HOST + S.ANGLE] + s * y0[P.HOST + S.SPIN]
+        out[3], out[4], out[5] = y0[P.HOST + S.VX], y0[P.HOST + S.VY], y0[P.HOST + S.SPIN]
     else:
         sine, cosine, last_stiffness, last_damping = 0.0, 1.0, math.nan, math.nan
         for axis in range(3):

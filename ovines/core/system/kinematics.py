@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.system import parameters as P
 from ovines.core.system.host import base_motion
@@ -32,30 +33,30 @@ def place(t: float, y: Floats, system: System, scratch: Floats, out: Floats) -> 
         for i in range(4, 10):
             out[i] = 0.0
     else:
-        out[4], out[5], out[6] = y[P.HOST], y[P.HOST + 1], y[P.HOST + 4]
-        out[7], out[8], out[9] = y[P.HOST + 2], y[P.HOST + 3], y[P.HOST + 5]
-    out[0], out[1], out[2], out[3] = y[0], y[1], y[2], y[3]
-    out[10], out[11] = 0.0, 0.0
+        out[S.HOST_X], out[S.HOST_Y], out[S.HOST_ANGLE] = y[P.HOST], y[P.HOST + S.Y], y[P.HOST + S.ANGLE]
+        out[S.HOST_VX], out[S.HOST_VY], out[S.HOST_SPIN] = y[P.HOST + S.VX], y[P.HOST + S.VY], y[P.HOST + S.SPIN]
+    out[S.X], out[S.Y], out[S.VX], out[S.VY] = y[S.X], y[S.Y], y[S.VX], y[S.VY]
+    out[S.OFF_X], out[S.OFF_Y] = 0.0, 0.0
     if k[P.OFF_CENTRE]:
-        cosine, sine = math.cos(y[4]), math.sin(y[4])
+        cosine, sine = math.cos(y[S.ANGLE]), math.sin(y[S.ANGLE])
         dx = cosine * p[P.MASS_X] - sine * p[P.MASS_Y]
         dy = sine * p[P.MASS_X] + cosine * p[P.MASS_Y]
-        out[0] -= dx
-        out[1] -= dy
-        out[2] += y[5] * dy
-        out[3] -= y[5] * dx
-        out[10], out[11] = dx, dy
+        out[S.X] -= dx
+        out[S.Y] -= dy
+        out[S.VX] += y[S.SPIN] * dy
+        out[S.VY] -= y[S.SPIN] * dx
+        out[S.OFF_X], out[S.OFF_Y] = dx, dy
 
 
 @inlined
 def in_host(at: Floats, k: Ints) -> tuple[float, float, float, float]:
     """Centre's position and velocity in the Host's frame; turned only where the walls are not round."""
-    x, y = at[0] - at[4], at[1] - at[5]
-    vx, vy = at[2] - at[7], at[3] - at[8]
+    x, y = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
+    vx, vy = at[S.VX] - at[S.HOST_VX], at[S.VY] - at[S.HOST_VY]
     if k[P.WALL_TURNS]:
-        vx += at[9] * y
-        vy -= at[9] * x
-        cosine, sine = math.cos(at[6]), math.sin(at[6])
+        vx += at[S.HOST_SPIN] * y
+        vy -= at[S.HOST_SPIN] * x
+        cosine, sine = math.cos(at[S.HOST_ANGLE]), math.sin(at[S.HOST_ANGLE])
         return cosine * x + sine * y, cosine * y - sine * x, cosine * vx + sine * vy, cosine * vy - sine * vx
     return x, y, vx, vy
 
@@ -76,7 +77,7 @@ def normal_here(wall: int, at: Floats, p: Floats, k: Ints, polygon: Floats) -> F
     x, y, _vx, _vy = in_host(at, k)
     nx, ny, gap, curvature = contact_frame(wall, x, y, p, polygon)
     if k[P.WALL_TURNS]:
-        cosine, sine = math.cos(at[6]), math.sin(at[6])
+        cosine, sine = math.cos(at[S.HOST_ANGLE]), math.sin(at[S.HOST_ANGLE])
         return Face(cosine * nx - sine * ny, sine * nx + cosine * ny, gap, curvature)
     return Face(nx, ny, gap, curvature)
 
@@ -86,13 +87,13 @@ def levers(face: Face, at: Floats, p: Floats) -> tuple[float, float, float, floa
     """Contact point from the NES's centre of mass and from the Host's centre, each along normal and tangent."""
     nx, ny = face.x, face.y
     radius = p[P.RADIUS]
-    host_n = (at[0] - at[4]) * nx + (at[1] - at[5]) * ny + radius
-    host_t = -(at[0] - at[4]) * ny + (at[1] - at[5]) * nx
+    host_n = (at[S.X] - at[S.HOST_X]) * nx + (at[S.Y] - at[S.HOST_Y]) * ny + radius
+    host_t = -(at[S.X] - at[S.HOST_X]) * ny + (at[S.Y] - at[S.HOST_Y]) * nx
     if (
         abs(host_t) < 1e-15 * host_n
     ):  # a round wall's normal goes through the Host's centre: no torque, not a rounded one
         host_t = 0.0
-    return radius - at[10] * nx - at[11] * ny, at[10] * ny - at[11] * nx, host_n, host_t
+    return radius - at[S.OFF_X] * nx - at[S.OFF_Y] * ny, at[S.OFF_X] * ny - at[S.OFF_Y] * nx, host_n, host_t
 
 
 @compiled
@@ -112,17 +113,17 @@ def inverse_mass(face: Face, at: Floats, p: Floats) -> tuple[float, float, float
 def contact_velocity(face: Face, spin: float, at: Floats, p: Floats) -> tuple[float, float]:
     """Velocity of the NES's contact point relative to the wall's, along normal (towards it) and tangent (88)."""
     nx, ny = face.x, face.y
-    x, y = at[0] - at[4], at[1] - at[5]
-    vx, vy = at[2] - at[7] + at[9] * y, at[3] - at[8] - at[9] * x
-    return vx * nx + vy * ny, vy * nx - vx * ny + p[P.RADIUS] * (spin - at[9])
+    x, y = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
+    vx, vy = at[S.VX] - at[S.HOST_VX] + at[S.HOST_SPIN] * y, at[S.VY] - at[S.HOST_VY] - at[S.HOST_SPIN] * x
+    return vx * nx + vy * ny, vy * nx - vx * ny + p[P.RADIUS] * (spin - at[S.HOST_SPIN])
 
 
 @compiled
 def wall_and_centre(face: Face, at: Floats) -> tuple[float, float]:
     """Speed of the wall at the disk's centre along its outward normal, and of that centre along the wall (m/s)."""
-    x, y = at[0] - at[4], at[1] - at[5]
-    wx, wy = at[7] - at[9] * y, at[8] + at[9] * x
-    return wx * face.x + wy * face.y, (at[3] - wy) * face.x - (at[2] - wx) * face.y
+    x, y = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
+    wx, wy = at[S.HOST_VX] - at[S.HOST_SPIN] * y, at[S.HOST_VY] + at[S.HOST_SPIN] * x
+    return wx * face.x + wy * face.y, (at[S.VY] - wy) * face.x - (at[S.VX] - wx) * face.y
 
 
 @compiled
@@ -131,19 +132,19 @@ def relative_acceleration(y: Floats, at: Floats, dy: Floats, k: Ints, scratch: F
 
     ``dy``: derivative of the state ``y`` placed in ``at``; ``scratch``: a driven Host's motion, as `place` leaves it.
     """
-    ax, ay = dy[2], dy[3]
+    ax, ay = dy[S.VX], dy[S.VY]
     if k[P.OFF_CENTRE]:
-        ax += dy[5] * at[11] + y[5] * y[5] * at[10]
-        ay += -dy[5] * at[10] + y[5] * y[5] * at[11]
+        ax += dy[S.SPIN] * at[S.OFF_Y] + y[S.SPIN] * y[S.SPIN] * at[S.OFF_X]
+        ay += -dy[S.SPIN] * at[S.OFF_X] + y[S.SPIN] * y[S.SPIN] * at[S.OFF_Y]
     turn = 0.0
     if k[P.HOST_KIND] == P.DRIVEN:
         ax -= scratch[6]
         ay -= scratch[7]
         turn = scratch[8]
     elif k[P.HOST_KIND] != P.FIXED:
-        ax -= dy[P.HOST + 2]
-        ay -= dy[P.HOST + 3]
-        turn = dy[P.HOST + 5]
+        ax -= dy[P.HOST + S.VX]
+        ay -= dy[P.HOST + S.VY]
+        turn = dy[P.HOST + S.SPIN]
     return ax, ay, turn
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, making_arrays
 from ovines.core.laws import words as W
 from ovines.core.laws.memory import slid_on
@@ -18,14 +19,14 @@ def known_of(t: float, y: Floats, at: Floats, scratch: Floats, p: Floats, k: Int
     it); friction and the speeds before an impact are left to the caller.  Only a driven Host's acceleration is known.
     """
     known = np.zeros(W.KNOWN_SIZE)
-    known[W.VX], known[W.VY] = at[2], at[3]
-    known[W.UX], known[W.UY] = at[2], at[3]
+    known[W.VX], known[W.VY] = at[S.VX], at[S.VY]
+    known[W.UX], known[W.UY] = at[S.VX], at[S.VY]
     if not k[P.ON_GROUND]:
-        known[W.UX] -= at[7] - at[9] * (at[1] - at[5])
-        known[W.UY] -= at[8] + at[9] * (at[0] - at[4])
-    known[W.X], known[W.Y] = at[0], at[1]
-    known[W.HX], known[W.HY] = at[0] - at[4], at[1] - at[5]
-    known[W.CONTACT_RADIUS], known[W.ANGLE], known[W.SPIN] = p[P.CONTACT_RADIUS], y[4], y[5]
+        known[W.UX] -= at[S.HOST_VX] - at[S.HOST_SPIN] * (at[S.Y] - at[S.HOST_Y])
+        known[W.UY] -= at[S.HOST_VY] + at[S.HOST_SPIN] * (at[S.X] - at[S.HOST_X])
+    known[W.X], known[W.Y] = at[S.X], at[S.Y]
+    known[W.HX], known[W.HY] = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
+    known[W.CONTACT_RADIUS], known[W.ANGLE], known[W.SPIN] = p[P.CONTACT_RADIUS], y[S.ANGLE], y[S.SPIN]
     known[W.TIME], known[W.RUN] = t, p[P.RUN_NUMBER]
     known[W.CLOCK] = p[P.DRIVE_RATE] * t
     known[W.PHASE] = known[W.CLOCK] + p[P.DRIVE_PHASE]
@@ -52,8 +53,8 @@ def known_of(t: float, y: Floats, at: Floats, scratch: Floats, p: Floats, k: Int
 def way_from(t: float, at: Floats, p: Floats) -> tuple[float, float, float]:
     """Straight way (m) over the floor, and time (s), from where the way was remembered last to the place ``at``; a
     floor that turns takes what lies on it along."""
-    x, y = at[0] - at[4], at[1] - at[5]
-    turned = at[6] - p[P.WAY_HOST]
+    x, y = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y]
+    turned = at[S.HOST_ANGLE] - p[P.WAY_HOST]
     dx, dy = x - p[P.WAY_X], y - p[P.WAY_Y]
     return (
         dx + 0.5 * turned * (y + p[P.WAY_Y]),
@@ -64,7 +65,12 @@ def way_from(t: float, at: Floats, p: Floats) -> tuple[float, float, float]:
 
 @compiled
 def _stand_at(t: float, at: Floats, p: Floats) -> None:
-    p[P.WAY_TIME], p[P.WAY_X], p[P.WAY_Y], p[P.WAY_HOST] = t, at[0] - at[4], at[1] - at[5], at[6]
+    p[P.WAY_TIME], p[P.WAY_X], p[P.WAY_Y], p[P.WAY_HOST] = (
+        t,
+        at[S.X] - at[S.HOST_X],
+        at[S.Y] - at[S.HOST_Y],
+        at[S.HOST_ANGLE],
+    )
 
 
 @compiled
@@ -100,15 +106,15 @@ def remember_contact(t: float, at: Floats, y: Floats, speeds: tuple[float, float
     Numbers that a run writes into its parameters; all others stay."""
     p[P.LAST_IMPACT], p[P.LAST_APPROACH], p[P.LAST_SLIP] = t, speeds[0], speeds[1]
     p[P.BEFORE_X], p[P.BEFORE_Y], p[P.WAY_BEFORE] = p[P.LAST_X], p[P.LAST_Y], p[P.WAY]
-    p[P.LAST_X], p[P.LAST_Y], p[P.LAST_ANGLE] = at[0] - at[4], at[1] - at[5], y[4]
-    p[P.LAST_LEFT] = math.hypot(y[2] - at[7], y[3] - at[8])
+    p[P.LAST_X], p[P.LAST_Y], p[P.LAST_ANGLE] = at[S.X] - at[S.HOST_X], at[S.Y] - at[S.HOST_Y], y[S.ANGLE]
+    p[P.LAST_LEFT] = math.hypot(y[S.VX] - at[S.HOST_VX], y[S.VY] - at[S.HOST_VY])
     for i in range(W.MOST_BLOWS - 1, 0, -1):
         p[P.BLOW_TIMES + i], p[P.BLOW_SPEEDS + i] = p[P.BLOW_TIMES + i - 1], p[P.BLOW_SPEEDS + i - 1]
         p[P.BLOW_WAYS + i], p[P.BLOW_SIDES + i] = p[P.BLOW_WAYS + i - 1], p[P.BLOW_SIDES + i - 1]
         p[P.BLOW_SLIPS + i] = p[P.BLOW_SLIPS + i - 1]
     p[P.BLOW_TIMES], p[P.BLOW_SPEEDS], p[P.BLOW_SLIPS] = t, speeds[0], speeds[1]
     p[P.BLOW_WAYS] = math.atan2(p[P.LAST_Y], p[P.LAST_X]) + (math.pi if inwards else 0.0)
-    p[P.BLOW_SIDES] = p[P.BLOW_WAYS] - y[4]
+    p[P.BLOW_SIDES] = p[P.BLOW_WAYS] - y[S.ANGLE]
     p[P.BLOWS] += 1.0
 
 

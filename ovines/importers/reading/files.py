@@ -1,4 +1,4 @@
-"""Reading a foreign file's text or values, refused with reasons; no format is told from another by its name alone."""
+"""Reading a foreign file's text or values, refused with reasons; no format is recognised by its name alone."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Series: many recordings, one lens field and one identification for all, the diagnosis, and runs that settle it."""
+"""Series: many recordings, one lens field, one identification and one diagnosis for all."""

@@ -160,7 +160,7 @@ def _in_processes(
             for one, target in tasks
         }
         for one, future in tqdm(futures.items(), desc="recordings", unit="", disable=bars_disabled(bars)):
-            with suppress(BrokenProcessPool):  # which recording brought its process down cannot be told: see below
+            with suppress(BrokenProcessPool):  # which recording brought its process down is not known: see below
                 outcomes[one] = future.result()
     for one, target in tasks:
         if one not in outcomes:

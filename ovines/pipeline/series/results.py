@@ -103,9 +103,9 @@ def wider_than_one(joint: pd.DataFrame, single: dict[str, Path]) -> list[str]:
         sd = float(together.loc[parameter, "sd"]) if parameter in together.index else float("nan")
         surest = min(sds, key=lambda name: sds[name], default=None)
         if surest is not None and not sd <= WIDER * sds[surest]:
-            told = f"sd {sd:.2g}" if np.isfinite(sd) else "not determined"
+            sd_text = f"sd {sd:.2g}" if np.isfinite(sd) else "not determined"
             notes.append(
-                f"{quantity(parameter).title} from all runs ({told}) {LESS_SURE} {surest} alone (sd "
+                f"{quantity(parameter).title} from all runs ({sd_text}) {LESS_SURE} {surest} alone (sd "
                 f"{sds[surest]:.2g}): the runs disagree by more "
                 "than their sds, or what one run explains another does not. Trust the joint interval; `ovines "
                 "diagnose` looks for the reason."

@@ -13,9 +13,9 @@ from analysis.flights.equation import parameters as P
 from analysis.flights.equation.model import STATES, fly
 from analysis.identify import identify_runs
 from analysis.motion.host_path import HostMotion
-from ovines.commands.diagnosis.diagnose import read_series
 from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, simulate
 from ovines.pipeline.series.diagnosis import load_series
+from ovines.recording import read_series
 
 STILL = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
 OFF_M = (8e-4, -5e-4)

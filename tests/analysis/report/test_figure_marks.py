@@ -1,3 +1,5 @@
+import math
+
 """Figures whose labels once lay over their ticks, their legends over their data, or their numbers outside."""
 
 import re
@@ -10,7 +12,7 @@ from analysis.contact.wall_sources import WallSource
 from analysis.figures.calibration import reprojection, view_errors
 from analysis.figures.geometry import COLOURS, wall_comparison
 from analysis.figures.print_size import PrintSize, fit_to_print
-from analysis.figures.style import save_figure
+from analysis.figures.style import angle_scale, save_figure
 from ovines.errors import InputError
 
 
@@ -76,3 +78,11 @@ def test_a_figure_without_room_for_its_axes_is_refused():
     points = pd.DataFrame({"time_s": [0.0, 1.0], "marker": "N1", "reprojection_px": 0.1})
     with pytest.raises(InputError, match="larger --width"):
         fit_to_print(reprojection(points), PrintSize(30.0, 20.0))
+
+
+def test_an_axis_of_many_turns_counts_them():
+    unit, per_rad = angle_scale([0.0, np.nan, -10.0])
+    assert unit == "°" and math.isclose(10.0 * per_rad, 572.96, abs_tol=0.01)
+    unit, per_rad = angle_scale([[0.0], [200.0 * np.pi]])
+    assert unit == "turns" and math.isclose(200.0 * np.pi * per_rad, 100.0, abs_tol=1e-9)
+    assert angle_scale([])[0] == "°"

@@ -247,23 +247,25 @@ def test_truths_of_another_place(two_places):
 
 def test_sizes_of_causes_in_another_rigs_units():
     small = Place(turned_rad=0.5, scale=0.25)
-    assert small.told("air_drag", {"rate_per_m": 0.4}) == {"rate_per_m": pytest.approx(1.6)}
-    assert small.told("viscous_drag", {"rate_per_s": 0.6}) == {"rate_per_s": pytest.approx(1.2)}
-    assert small.told("finite_contact_time", {"duration_s": 8e-4}) == {"duration_s": pytest.approx(4e-4)}
-    assert small.told("wall_centre_offset", {"x_m": 4e-4, "y_m": 0.0}) == {
+    assert small.world_parameters("air_drag", {"rate_per_m": 0.4}) == {"rate_per_m": pytest.approx(1.6)}
+    assert small.world_parameters("viscous_drag", {"rate_per_s": 0.6}) == {"rate_per_s": pytest.approx(1.2)}
+    assert small.world_parameters("finite_contact_time", {"duration_s": 8e-4}) == {"duration_s": pytest.approx(4e-4)}
+    assert small.world_parameters("wall_centre_offset", {"x_m": 4e-4, "y_m": 0.0}) == {
         "x_m": pytest.approx(1e-4),
         "y_m": 0.0,
     }  # in the Host's frame
-    assert small.told("mass_centre_offset", {"x_m": 0.0, "y_m": 2e-4}) == {
+    assert small.world_parameters("mass_centre_offset", {"x_m": 0.0, "y_m": 2e-4}) == {
         "x_m": 0.0,
         "y_m": pytest.approx(5e-5),
     }  # in the disk's
-    speeds = small.told("speed_dependent_restitution", {"restitution_slow": 0.86, "speed_scale_m_per_s": 1.0})
+    speeds = small.world_parameters(
+        "speed_dependent_restitution", {"restitution_slow": 0.86, "speed_scale_m_per_s": 1.0}
+    )
     assert speeds == {"restitution_slow": 0.86, "speed_scale_m_per_s": pytest.approx(0.5)}
-    assert small.told("wall_ellipticity", {"ellipticity": 0.005, "direction_rad": 0.3})[
+    assert small.world_parameters("wall_ellipticity", {"ellipticity": 0.005, "direction_rad": 0.3})[
         "direction_rad"
     ] == pytest.approx(0.8)
-    plane = small.told("plane_tilt", {"x_rad": 0.01, "y_rad": 0.0})
+    plane = small.world_parameters("plane_tilt", {"x_rad": 0.01, "y_rad": 0.0})
     assert (plane["x_rad"], plane["y_rad"]) == (pytest.approx(0.01 * np.cos(0.5)), pytest.approx(0.01 * np.sin(0.5)))
 
 

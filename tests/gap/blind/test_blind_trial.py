@@ -14,7 +14,8 @@ from analysis.blind.recording.drive import DRIVES
 from analysis.blind.recording.place import WALLS
 from analysis.blind.scoring import report, score
 from analysis.blind.scoring.intervals import wilson
-from analysis.blind.scoring.parameters import missed_above_limit
+from analysis.blind.scoring.marks import mark
+from analysis.blind.scoring.parameters import missed_above_limit, parameter_checks
 from analysis.blind.scoring.probabilities import probability_figures, reliability
 from analysis.blind.scoring.withheld import judge_withheld, to_withhold, withheld_figures, withheld_markdown
 from ovines.errors import InputError
@@ -127,7 +128,7 @@ def _perfect(truth):
 def _marks(answer):
     truths = _truths()
     answers = {case: answer(truth) for case, truth in truths.items()}
-    rows = [score.mark(truths[case], answers[case], 12.0) for case in truths]
+    rows = [mark(truths[case], answers[case], 12.0) for case in truths]
     return rows, {f.name: f for f in score.figures_of(rows, np.random.default_rng(0))}, answers
 
 
@@ -174,7 +175,7 @@ def test_one_name_for_everything_is_a_false_alarm_and_no_unknown():
 def test_a_probability_that_is_wrong_costs():
     truths = _truths()
     rows = [
-        score.mark(t, {"verdict": "none", "probabilities": {"table_tilt": 0.9, "none": 0.1}})
+        mark(t, {"verdict": "none", "probabilities": {"table_tilt": 0.9, "none": 0.1}})
         for t in truths.values()
         if t["effect"] == "none"
     ]
@@ -188,14 +189,14 @@ def test_a_probability_that_is_wrong_costs():
 def test_either_name_is_right_for_missing_floor_friction():
     truth = next(t for t in _truths().values() if t["effect"] == "floor_friction")
     for name in ("floor_friction", "spin_coupling"):
-        row = score.mark(truth, {"verdict": "effect", "effects": [name], "equivalent": [name], "stage": "flight"})
-        assert row.first_right and row.in_set and row.stage_right
+        row = mark(truth, {"verdict": "effect", "effects": [name], "equivalent": [name], "stage": "flight"})
+        assert row.marks.first_right and row.marks.in_set and row.marks.stage_right
 
 
 def test_angles_are_compared_on_the_circle():
     truth = {"effects": ["wall_ellipticity"], "parameters": {"wall_ellipticity": {"direction_rad": 0.02}}}
     answer = {"parameters": {"wall_ellipticity": {"direction_rad": {"value": 3.12, "low": 3.05, "high": 3.20}}}}
-    assert [c["inside"] for c in score.parameter_checks(truth, answer)] == [True]
+    assert [c["inside"] for c in parameter_checks(truth, answer)] == [True]
 
 
 def test_a_miss_counts_against_the_stated_limit():

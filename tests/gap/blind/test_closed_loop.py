@@ -15,7 +15,7 @@ from analysis.blind.series import Wish, further_run, outline_series, run_outline
 from analysis.gap.next_test.recording import AS_RECORDED
 from ovines.commands.diagnosis.blind import run as blind
 from ovines.errors import InputError
-from ovines.pipeline.series.closed_loop import MOST_RUNS, WISHES, Course, is_open, markdown, runs_needed, settle
+from ovines.pipeline.blind.closed_loop import MOST_RUNS, WISHES, Course, is_open, markdown, runs_needed, settle
 from ovines.recording import read_recording
 
 LARGE = Place(scale=4.0, turned_rad=0.7, rig_at_m=(0.3, -0.2), start_s=(5.0, 9.0), first_frame=(100, 700))

@@ -12,7 +12,7 @@ from analysis.gap.laws.regression.problem import Profile, Regression
 from benchmarks.gap.baselines import blow_features, columns_of_terms, gaussian_process, library, sparse
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
-from ovines.pipeline.series.law_oracle import held_out
+from ovines.pipeline.blind.law_oracle import held_out
 
 RUNS, BLOWS, SD = 8, 40, 0.01
 QUANTITIES = ("approach", "slip", "spin", "time", "since", "blows")

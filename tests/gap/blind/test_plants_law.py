@@ -16,7 +16,7 @@ from analysis.blind.scoring.plants_law import blow_changes, physics_without, pus
 from analysis.blind.series import outline_series, run_outline
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.law_file import law_text
-from ovines.pipeline.series.law_oracle import ASKED, law_figure, shares_of_case, unlisted_asked
+from ovines.pipeline.blind.law_oracle import ASKED, law_figure, shares_of_case, unlisted_asked
 
 ELSEWHERE = Place(scale=2.5, turned_rad=1.1, rig_at_m=(-0.4, 1.2), start_s=(3.0, 8.0), first_frame=(50, 4000))
 

@@ -38,7 +38,7 @@ def test_a_form_tells_its_parameters_and_writes_them():
     values = {"decay_s": 0.02, "from_s": 0.1, "push": 2.0, "direction_rad": 0.4}
     term = form.term(values)
     assert term == Term("fixed_direction", 2.0, (Factor("since", "exponential", 1.0, 0.02, 0.1),), x=0.4)
-    assert form.told(term) == values
+    assert form.parameters(term) == values
     assert form.is_named(term) and not form.is_named(replace(term, coefficient=-2.0))
     linear = replace(term, factors=(Factor("since"),))
     assert not form.covers(linear) and replace(form, by_any_function=True).covers(linear)

@@ -38,7 +38,7 @@ def test_a_recording_of_one_camera_is_identified(tmp_path, capsys):
     assert main(["check", str(series / "run-01")]) == 0
     assert main(["run", str(series / "run-01"), "--out", str(out)]) == 0
     said = capsys.readouterr().out
-    assert "cannot be told from one view" in said and "keeps its size in the picture" in said
+    assert "cannot be seen from one view" in said and "keeps its size in the picture" in said
     points, motion = read_table(out / "points.parquet", "points"), read_table(out / "motion.parquet", "motion")
     assert points["z_m"].isna().all() and motion["nes_z_m"].isna().all() and motion["nes_x_m"].notna().any()
     truth = json.loads((SERIES / "truth.json").read_text())["plant"]

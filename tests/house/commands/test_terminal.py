@@ -9,8 +9,8 @@ import pytest
 import ovines.io.provenance
 from analysis.report.page import Page, pages_beside, source_of
 from ovines.__main__ import main
-from ovines.commands.diagnosis.diagnose import details
 from ovines.io.run_log import HEAD, LOG, bars_disabled, on_terminal
+from ovines.pipeline.series.written_diagnosis import details
 from tests.conftest import write_small_recording
 from tests.house.commands.test_commands import change_toml
 

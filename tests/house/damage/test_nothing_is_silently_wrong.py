@@ -202,7 +202,7 @@ def test_times_may_start_anywhere(origin_s, tmp_path, capsys):
     motion = bouncing_motion(200, 800.0)
     folder = write_motion(tmp_path / "run", motion.assign(time_s=motion["time_s"] + origin_s))
     assert main(["check", str(folder)]) == 0
-    assert "doubt" not in capsys.readouterr().out
+    assert "caution" not in capsys.readouterr().out
     assert main(["analyse", str(folder), "--out", str(tmp_path / "out")]) == 0
 
 
@@ -234,7 +234,7 @@ def test_a_setting_out_of_proportion(case, tmp_path, capsys):
     (folder / "recording.toml").write_text(text.replace(old, new, 1))
     assert main(["check", str(folder)]) == status
     told = capsys.readouterr().out
-    assert words in told and ("  wrong:" in told) == (status == 2) and ("  doubt:" in told) == (status == 0), told
+    assert words in told and ("  wrong:" in told) == (status == 2) and ("  caution:" in told) == (status == 0), told
     line = int(told.split("recording.toml, line ")[1].split(")")[0])
     assert ABOUT.get(case, new.split(" =")[0]) in (folder / "recording.toml").read_text().splitlines()[line - 1]
     out = str(tmp_path / "out")
@@ -322,7 +322,7 @@ def test_the_drive_that_was_asked_for_beside_the_measured_one(frequency_hz, acce
     assert (found == []) if words is None else (len(found) == 1 and words in found[0]), found
     assert main(["check", str(folder)]) == 0
     told = capsys.readouterr().out
-    assert ("doubt:" in told) == (words is not None) and ("recording.toml, line" in told) == (words is not None)
+    assert ("caution:" in told) == (words is not None) and ("recording.toml, line" in told) == (words is not None)
 
 
 @pytest.mark.parametrize(("factor", "doubted"), [(1.0, False), (0.4, True), (2.5, False)])
@@ -351,7 +351,7 @@ def test_tracks_tell_the_drive_s_frequency(tmp_path, capsys):
         Path(__file__).resolve().parents[3] / "sample_data" / "series_tilted" / "calibration.json", tmp_path / "series"
     )
     path = tmp_path / "series" / "run" / "recording.toml"
-    assert main(["check", str(path)]) == 0 and "doubt" not in capsys.readouterr().out
+    assert main(["check", str(path)]) == 0 and "caution" not in capsys.readouterr().out
     text = path.read_text()
     frequency = next(line for line in text.splitlines() if line.startswith("frequency_hz"))
     path.write_text(text.replace(frequency, "frequency_hz = 5.0"))

@@ -86,14 +86,14 @@ def _spline_freedom(observations: Sequence[Observation], state: State, setting: 
     taken = np.zeros(len(state.splines))
     for c, prior in enumerate(setting.spline_priors):
         if prior is not None and state.splines[c] is not None:
-            told = information(observations, state, setting, c)[0]
-            taken[c] = np.trace(np.linalg.solve(told + prior.precision, told))
+            given = information(observations, state, setting, c)[0]
+            taken[c] = np.trace(np.linalg.solve(given + prior.precision, given))
     return taken
 
 
 def _share_noise(observations: Sequence[Observation], state: State, setting: Setting, sigma: Array) -> None:
     """Each image's own sd against its camera's, drawn to it as if :data:`_SHARED_POINTS` of its points had that one; of
-    fewer images than :data:`_FEWEST_IMAGES` none is told from the others.
+    fewer images than :data:`_FEWEST_IMAGES` none is distinguished from the others.
     """
     images = np.bincount([observation.camera for observation in observations])
     left, taken_of = residuals_of(observations, state, setting), _taken(observations, state, setting)

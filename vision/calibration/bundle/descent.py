@@ -115,5 +115,5 @@ def information(observations: Sequence[Observation], state: State, setting: Sett
     of_spline = complement[np.ix_(own, own)] - beside @ solved[:, :-1]
     spline = state.splines[c]
     assert spline is not None  # the caller asks for a camera that has one
-    told = left[own] - beside @ solved[:, -1] + of_spline @ spline.values_px
-    return 0.5 * (of_spline + of_spline.T), np.asarray(told, float)
+    right_of_spline = left[own] - beside @ solved[:, -1] + of_spline @ spline.values_px
+    return 0.5 * (of_spline + of_spline.T), np.asarray(right_of_spline, float)

@@ -5,16 +5,10 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, inlined, making_arrays
 from analysis.blind.plant.flight.air import add_air, drag_rate
 from analysis.blind.plant.flight.fields import add_fields
-from analysis.blind.plant.flight.floor_friction import (
-    add_age,
-    add_beads,
-    add_charge,
-    add_float,
-    add_oil,
-    add_tread,
-    floor_friction,
-)
+from analysis.blind.plant.flight.floor_friction import floor_friction
 from analysis.blind.plant.flight.floor_load import floor_load
+from analysis.blind.plant.flight.friction_by_history import add_age, add_beads, add_charge, add_float, add_oil
+from analysis.blind.plant.flight.friction_by_place import add_tread
 from analysis.blind.plant.flight.instant import Instant, instant_of
 from analysis.blind.plant.flight.slopes import add_slopes
 from analysis.blind.plant.flight.torques import add_torques

@@ -1,4 +1,4 @@
-"""What the laws of a flight are told at one instant."""
+"""What the laws of a flight are given at one instant."""
 
 from typing import NamedTuple
 

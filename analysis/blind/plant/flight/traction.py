@@ -4,7 +4,7 @@ turns it aside."""
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, compiled, inlined
-from analysis.blind.plant.flight.floor_friction import dusty
+from analysis.blind.plant.flight.friction_by_place import dusty
 from analysis.blind.plant.flight.instant import Instant
 from analysis.blind.plant.parameters import PlantParameters
 from analysis.blind.plant.state import ANGLE, APPROACH, COUNT, IMPACT_S, LEANT_X, LEANT_Y, NORMAL

@@ -1,4 +1,4 @@
-"""A blow as its laws are told it: where and in which direction the wall strikes, with which lever, how fast."""
+"""A blow as its laws get it: where and in which direction the wall strikes, with which lever, how fast."""
 
 from typing import NamedTuple
 

@@ -1,6 +1,8 @@
 """The two impulses of a blow, per unit mass: from what restitution and friction ask for, through the compliance of all
 that gives in it."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from analysis.blind.plant.compiled import Floats, inlined
@@ -10,6 +12,14 @@ from analysis.blind.plant.wall.friction import tangential_restitution, wall_fric
 from analysis.blind.plant.wall.restitution import restitution
 
 WET_DRAG = 0.1  # impulse along an oiled wall over the slip: a third would stop it
+
+
+class Compliance(NamedTuple):
+    """What an impulse changes of a contact's velocity, per unit mass: normal, tangential, between them."""
+
+    nn: float
+    tt: float
+    nt: float
 
 
 @inlined
@@ -22,27 +32,27 @@ def impulses(blow: Blow, state: Floats, bounce: float, p: PlantParameters) -> tu
     the wall's own restitution has 1 - `gripped` of that.
     Friction of rest is more than of sliding: what needs no more than 1 + `static` of the wall's friction sticks.
     """
-    w_nn, w_tt, w_nt = _compliance(blow, bounce, p)
+    w = _compliance(blow, bounce, p)
     change_n = -(1.0 + restitution(blow, state, p) * bounce) * blow.approach
     change_t = -(1.0 + tangential_restitution(blow, state, p) * bounce) * (blow.slip - p.teeth_m_per_s * bounce)
     mu, glue = wall_friction(blow, state, p), p.cohesion_m_per_s * bounce
-    if p.gripped != 0.0 and bounce > 0.0 and _sticks(change_n, change_t, mu, glue, w_nn, w_tt, w_nt):
+    if p.gripped != 0.0 and bounce > 0.0 and _sticks(change_n, change_t, mu, glue, w):
         change_n = -blow.approach - max(1.0 - p.gripped, 0.0) * (-change_n - blow.approach)
-    push_n, push_t = _cut(change_n, change_t, blow.slip, mu, p.static * bounce, glue, w_nn, w_tt, w_nt)
+    push_n, push_t = _cut(change_n, change_t, blow.slip, mu, p.static * bounce, glue, w)
     if bounce > 0.0 and p.wet_wall != 0.0:
         wet = min(p.wet_wall, 1.0)
         push_t = (1.0 - wet) * push_t - wet * WET_DRAG * blow.slip
-        push_n = (change_n - w_nt * push_t) / w_nn
+        push_n = (change_n - w.nt * push_t) / w.nn
     if bounce == 0.0 or p.band_m_per_s == 0.0 or abs(push_t) <= p.band_m_per_s:
         return push_n, push_t
     # A band around the disk's rim slips on it: beyond its limit it hands on no more.
     most = p.band_m_per_s if push_t > 0.0 else -p.band_m_per_s
-    return (change_n - w_nt * most) / w_nn, most
+    return (change_n - w.nt * most) / w.nn, most
 
 
 @inlined
-def _compliance(blow: Blow, bounce: float, p: PlantParameters) -> tuple[float, float, float]:
-    """Normal, tangential, between them: of the disk, of a mount of the wall that gives along one line, of a ring that
+def _compliance(blow: Blow, bounce: float, p: PlantParameters) -> Compliance:
+    """Of the disk, of a mount of the wall that gives along one line, of a ring that
     turns about one screw, of a sleeve that turns."""
     inertia = p.inertia_factor * p.disk_radius_m**2
     w_nn, w_tt = 1.0 + blow.lever_n**2 / inertia, 1.0 + blow.lever_t**2 / inertia
@@ -55,7 +65,7 @@ def _compliance(blow: Blow, bounce: float, p: PlantParameters) -> tuple[float, f
     if p.pivoted != 0.0 and blow.outer:
         more_n, more_t, more_nt = _pivoted(blow, p)
         w_nn, w_tt, w_nt = w_nn + more_n * bounce, w_tt + more_t * bounce, w_nt + more_nt * bounce
-    return w_nn, w_tt + (p.sleeve * bounce if blow.outer else 0.0), w_nt
+    return Compliance(w_nn, w_tt + (p.sleeve * bounce if blow.outer else 0.0), w_nt)
 
 
 @inlined
@@ -74,11 +84,11 @@ def _pivoted(blow: Blow, p: PlantParameters) -> tuple[float, float, float]:
 
 
 @inlined
-def _sticks(change_n: float, change_t: float, mu: float, glue: float, w_nn: float, w_tt: float, w_nt: float) -> bool:
-    """Whether the impulse along the tangent of a contact of compliances w that changes its velocity as asked for stays
+def _sticks(change_n: float, change_t: float, mu: float, glue: float, w: Compliance) -> bool:
+    """Whether the impulse along the tangent of a contact of compliance w that changes its velocity as asked for stays
     within mu times the normal one and `glue`."""
-    push_n, push_t = w_tt * change_n - w_nt * change_t, w_nn * change_t - w_nt * change_n
-    return bool(abs(push_t) <= mu * abs(push_n) + glue * (w_nn * w_tt - w_nt**2))
+    push_n, push_t = w.tt * change_n - w.nt * change_t, w.nn * change_t - w.nt * change_n
+    return bool(abs(push_t) <= mu * abs(push_n) + glue * (w.nn * w.tt - w.nt**2))
 
 
 @inlined
@@ -89,18 +99,16 @@ def _cut(
     mu: float,
     static: float,
     glue: float,
-    w_nn: float,
-    w_tt: float,
-    w_nt: float,
+    w: Compliance,
 ) -> tuple[float, float]:
-    """Normal and tangential impulse per unit mass of a contact of compliances w that change its velocity as asked for;
+    """Normal and tangential impulse per unit mass of a contact of compliance w that change its velocity as asked for;
     the tangential one is cut at mu times the normal one and `glue`, where it is more than that and the share `static`
     of the former."""
-    determinant = w_nn * w_tt - w_nt**2
-    push_n = (w_tt * change_n - w_nt * change_t) / determinant
-    push_t = (w_nn * change_t - w_nt * change_n) / determinant
+    determinant = w.nn * w.tt - w.nt**2
+    push_n = (w.tt * change_n - w.nt * change_t) / determinant
+    push_t = (w.nn * change_t - w.nt * change_n) / determinant
     if abs(push_t) > (1.0 + static) * mu * abs(push_n) + glue:
         sign = -1.0 if slip > 0.0 else 1.0
-        push_n = (change_n - sign * glue * w_nt) / (w_nn - sign * mu * w_nt)  # push_n < 0: |push_n| = -push_n
+        push_n = (change_n - sign * glue * w.nt) / (w.nn - sign * mu * w.nt)  # push_n < 0: |push_n| = -push_n
         push_t = sign * (mu * abs(push_n) + glue)
     return push_n, push_t

@@ -6,7 +6,7 @@ import numpy as np
 from analysis.blind.plant.compiled import Floats, compiled, copy_into
 from analysis.blind.plant.flight.accelerations import rate_into
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import SPIN, STATES, STRETCH, VX, VY
+from analysis.blind.plant.state import SPIN, STATES, STEP_S, STRETCH, VX, VY
 from analysis.blind.plant.wall.contact import contact_velocity, wall_gap
 
 ROUND_M_PER_S = 1.0  # approach of the blow that lasts as long as a round contact's cause says
@@ -46,7 +46,6 @@ def spring_dashpot(p: PlantParameters) -> tuple[float, float, float]:
 def compliant_step(
     time: float,
     state: Floats,
-    step: float,
     p: PlantParameters,
     host: Floats,
     table: Floats,
@@ -54,14 +53,14 @@ def compliant_step(
     rates: Floats,
     new: Floats,
 ) -> None:
-    """Advance by `step` into `new`, in contact through a Kelvin-Voigt normal and a tangential spring with a Coulomb
+    """Advance by `STEP_S` into `new`, in contact through a Kelvin-Voigt normal and a tangential spring with a Coulomb
     limit; `rates` (2 or more, STATES): room to work in.
 
     `new[STRETCH]` is the stretch of the tangential spring. Midpoint steps of a four-hundredth of the contact's
     duration.
     """
-    count = int(np.ceil(step / lasts_s(p) * 400.0))
-    h = step / count
+    count = int(np.ceil(STEP_S / lasts_s(p) * 400.0))
+    h = STEP_S / count
     copy_into(new, state)
     rate, middle = rates[0], rates[1]
     for _ in range(count):

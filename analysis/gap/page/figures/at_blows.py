@@ -36,17 +36,17 @@ def blow_figure(series: Series, law: LawFound) -> Figure | None:
     left = rows.problem.residual - bends @ beside.fitted(bends, beside.prior)
     jump = rows.jump_m / series.period_s * rows.weight
     edges = np.arange(-reach - 0.5, reach + 0.5 + 1e-9, 1 / IN_A_FRAME)
-    told = []
+    delays = []
     for low, high in pairwise(edges):
         own = (rows.after >= low) & (rows.after < high)
         if np.count_nonzero(own) < FEWEST:
             continue
         information = float(np.sum(jump[own] ** 2))
-        told.append((np.mean(rows.after[own]), np.sum(jump[own] * left[own]) / information, 1 / np.sqrt(information)))
+        delays.append((np.mean(rows.after[own]), np.sum(jump[own] * left[own]) / information, 1 / np.sqrt(information)))
     at_blow = rows.known[np.abs(rows.after) < 1.0]
-    if not told or not len(at_blow):
+    if not delays or not len(at_blow):
         return None
-    at, off_s, sd_s = np.array(told).T
+    at, off_s, sd_s = np.array(delays).T
     figure, axes = new_figure(margins_in=(0.85, 0.12, 0.46, 0.36))
     ax = axes[0, 0]
     ax.axhline(0.0, color=GREY, lw=0.8)

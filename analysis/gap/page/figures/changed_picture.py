@@ -30,14 +30,14 @@ def changed_picture_figure(term: Term, camera: Camera) -> Figure:
     u, v = np.meshgrid(field.u_px[::step], field.v_px[::step], indexing="ij")
     nodes = np.column_stack([u.ravel(), v.ravel()])
     learnt = field.at(nodes)
-    told = term.coefficient * bend_px(term.target, term.y, nodes - camera.matrix[:2, 2])
+    by_law = term.coefficient * bend_px(term.target, term.y, nodes - camera.matrix[:2, 2])
     apart = float(np.diff(field.u_px[::step]).min())
-    larger = ARROW * apart / max(float(np.hypot(*told.T).max()), 1e-12)
+    larger = ARROW * apart / max(float(np.hypot(*by_law.T).max()), 1e-12)
     figure, axes = new_figure(height_in=3.4, margins_in=(0.75, 0.3, 0.5, 0.55))
     ax = axes[0, 0]
     for moved, colour, width, name in (
         (learnt, GREY, 0.008, "field, from the recordings"),
-        (told, BLUE, 0.0035, "the law"),
+        (by_law, BLUE, 0.0035, "the law"),
     ):
         ax.quiver(
             *nodes.T, *(larger * moved.T), angles="xy", scale_units="xy", scale=1, width=width, color=colour,

@@ -35,7 +35,7 @@ from analysis.walls.wall import Wall
 Array = NDArray[np.float64]
 # Strays of restitution that are still chance: so many, and this share (1 % is expected).
 MANY_OUTLIERS, MANY_OUTLIERS_SHARE, FEWEST_FOR_STRUCTURE = 4.0, 0.03, 20
-# Impacts that a law is fitted to, and those of other runs that a run's law along the wall is told by.
+# Impacts that a law is fitted to, and those of other runs that a run's law along the wall is fitted to.
 FEWEST_FOR_LAW, FEWEST_HELD_OUT = 4, 8
 #: law of a series with too few impacts to fit one
 NO_LAW = Law(*[float("nan")] * 7)

@@ -62,8 +62,8 @@ def own_places(wall: WallFit) -> tuple[tuple[RunPlace, ...], float, float, float
         return nothing
     information = [columns[which == k, 2 * k : 2 * k + 2] for k in range(count)]
     sds = [sd * float(np.sqrt(0.5 * np.trace(np.linalg.pinv(one.T @ one)))) for one in information]
-    told = tuple(RunPlace(n, float(x), float(y), s) for n, (x, y), s in zip(numbers, places, sds, strict=True))
-    return told, float(np.std(moved)), gain, p
+    run_places = tuple(RunPlace(n, float(x), float(y), s) for n, (x, y), s in zip(numbers, places, sds, strict=True))
+    return run_places, float(np.std(moved)), gain, p
 
 
 def _in_order(number: Array, places: Array) -> float:

@@ -29,7 +29,7 @@ LEAST_IMPULSE_M_PER_S = 0.02
 # What the angular law leaves of a perfect rig, as a share of the normal impulse.
 ANGULAR_SHARE = 0.002
 # So many impacts beyond one in each run say how far friction scatters within a run, but for this share, which may be
-# gross; nothing is told less likely than this.
+# gross; nothing is stated as less likely than this.
 FEWEST_WITHIN, GROSS_SHARE, LEAST_P = 2, 0.1, 1e-200
 
 
@@ -102,11 +102,11 @@ def _friction_by_run(data: LawData, law: Law) -> list[ImpactGain]:
     usual = float(np.median(friction))
     off, weight = friction / usual - 1, 1 / ((noise / usual) ** 2 + MODEL_SHARE**2)
     p = max(_chance_of_runs(off[run != one], weight[run != one], run[run != one]) for one in numbers)
-    told = np.bincount(which, weight)
-    means = np.bincount(which, weight * off) / told
+    information = np.bincount(which, weight)
+    means = np.bincount(which, weight * off) / information
     # As much as a pair of columns that chance gives as seldom.
     gain, size = -2 * float(np.log(max(p, LEAST_P))), float(np.std(means[which]))
-    return [ImpactGain(EACH_RUN, "sliding", gain, size, means, 1 / np.sqrt(told), False, float(np.sqrt(gain)))]
+    return [ImpactGain(EACH_RUN, "sliding", gain, size, means, 1 / np.sqrt(information), False, float(np.sqrt(gain)))]
 
 
 def _without_gross(values: Array, run: NDArray[np.int64], own: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -128,8 +128,8 @@ def _chance_of_runs(off: Array, weight: Array, run: NDArray[np.int64]) -> float:
     between, within = len(numbers) - 1, len(run) - len(numbers)
     if within < FEWEST_WITHIN:
         return 1.0
-    told = np.bincount(which, weight)
-    means = np.bincount(which, weight * off) / told
+    information = np.bincount(which, weight)
+    means = np.bincount(which, weight * off) / information
     inside = float(np.sum(weight * (off - means[which]) ** 2)) / within
-    across = float(np.sum(told * (means - np.average(off, weights=weight)) ** 2))
+    across = float(np.sum(information * (means - np.average(off, weights=weight)) ** 2))
     return float(chdtrc(between, across)) if inside <= 1 else float(fdtrc(between, within, across / between / inside))

@@ -17,12 +17,12 @@ import pytest
 from analysis.blind.causes.groups import GROUPS
 from analysis.blind.causes.named import CAUSES, draft_series, may_stand_together, physics_of_run, view_of
 from analysis.blind.draw import draw_cases
-from analysis.blind.plant.dynamics import STEP_S, run_plant, state_at
+from analysis.blind.plant.dynamics import run_plant, state_at
 from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
 from analysis.blind.plant.host import host_pose
 from analysis.blind.plant.parameters import PlantParameters
-from analysis.blind.plant.state import SECTORS, STATES, TRODDEN_SIDE
+from analysis.blind.plant.state import SECTORS, STATES, STEP_S, TRODDEN_SIDE
 from analysis.blind.plant.wall.contact import impact, wall_gap
 from analysis.blind.plant.wall.lasting_contact import compliant_step, lasts_s, spring_dashpot
 from analysis.blind.plant.wall.motion import swing
@@ -137,7 +137,7 @@ def after_blow(time, state, p, host, chances):
     sustained = time + 5.0 * lasts_s(p)
     while time < sustained:
         moved = np.zeros(STATES)
-        compliant_step(time, now, STEP_S, p, host, table, spring, room, moved)
+        compliant_step(time, now, p, host, table, spring, room, moved)
         now, time = moved, time + STEP_S
         if wall_gap(time, now, p, host)[0] > 0.0:
             new[:6] = now[:6]

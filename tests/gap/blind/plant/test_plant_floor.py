@@ -5,7 +5,7 @@ import pytest
 
 from analysis.blind.causes.named import draft_series
 from analysis.blind.plant.dynamics import run_plant, state_at
-from analysis.blind.plant.flight.floor_friction import friction_of_flight
+from analysis.blind.plant.flight.friction_by_history import friction_of_flight
 from analysis.blind.plant.host import host_pose
 from analysis.blind.series import outline_series, run_outline
 from tests.gap.blind.plant.rig import DRIVE, HOST, SLIDING, STILL, TIMES, G, rate_of

@@ -8,7 +8,7 @@ from analysis.blind.causes.named import draft_series, may_stand_together
 from analysis.blind.plant.dynamics import run_plant
 from analysis.blind.plant.flight.accelerations import derivative
 from analysis.blind.plant.flight.disk_friction import disk_friction_table
-from analysis.blind.plant.flight.floor_friction import rolls
+from analysis.blind.plant.flight.friction_by_history import rolls
 from analysis.blind.plant.host import HOST_M_PER_S2, host_pose
 from analysis.blind.plant.state import LEANT_X, LEFT, RIM_DENTS
 from analysis.blind.plant.wall.contact import contact_velocity, wall_gap

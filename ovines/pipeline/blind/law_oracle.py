@@ -91,7 +91,8 @@ def unlisted_asked(outline: Outline) -> list[str]:
 
 
 def rows_of(ladder: Ladder, stage: str) -> FlightRegression | ImpactRegression:
-    """The rows in which a law of a ``stage`` of :data:`ASKED` is searched."""
+    """The rows in which a law of a ``stage`` of :data:`ASKED` is searched; of flights alone where ``ladder`` has fewer
+    than eight impacts."""
     if stage == "flight":
         return flight_regression(ladder.flights.named)
     fitted, fits = ladder.impacts.fitted, ladder.flights.fitted.fits
@@ -116,13 +117,15 @@ def held_out(problem: Regression, columns: Array) -> float:
 def shares_of_case(folder: Path, outline: Outline, seed: Sequence[int]) -> list[LawShare]:
     """Of a case of the trial in ``folder``, what its answered laws close of what the plant's own close: of each
     unlisted cause of which that can be asked.  The plant runs again, and the ladder of the diagnosis for its rows (half
-    a minute to three)."""
+    a minute to three).  Without enough impacts to fit a law to, none is asked of impacts and wall."""
     asked, case = unlisted_asked(outline), outline.truth["case"]
     if not asked:
         return []
     with tempfile.TemporaryDirectory() as out:
         series, _ = load_series(read_series(folder / "cases" / case), Path(out))
         ladder = run_ladder(series, np.random.default_rng(0))
+    if ladder.impacts.fitted is None:
+        asked = [one for one in asked if CAUSES[one].stage == "flight"]
     laws = [read_law(path) for path in sorted((folder / "answers" / case).glob("law-*.toml"))]
     motions = remembered_runs(outline, seed)
     return [law_share(case, one, ladder, laws, PlantsRuns.of(outline, motions, one)) for one in asked]
@@ -138,7 +141,7 @@ def law_figure(shares: Sequence[LawShare]) -> Figure:
 def law_markdown(shares: Sequence[LawShare]) -> str:
     """A table of score.md."""
     head = "| case | cause | stage | before | oracle | closed |\n|---|---|---|---|---|---|\n"
-    return f"## Laws against the plant's own\n\n{head}" + "".join(
+    return f"\n## Laws against the plant's own\n\n{head}" + "".join(
         f"| {one.case} | {one.cause} | {one.stage} | {one.before:.3g} | {one.oracle:.3g} | {one.law:.2f} |\n"
         for one in shares
     )

@@ -4,18 +4,20 @@ settings drawn at random, and the diagnosis answers again, until the true cause 
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from analysis.blind.recording.files import write_run
-from analysis.blind.scoring.score import group_of
+from analysis.blind.scoring.marks import group_of
 from analysis.blind.series import Outline, Wish, further_run
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS
+from ovines.io.atomic_write import write_text_whole
 
 MOST_RUNS = 4  # further ones; then a set counts as not settled
 WAYS = ("recommended", "random")
@@ -103,3 +105,11 @@ def markdown(courses: Sequence[Course]) -> str:
         went = "; ".join(f"{s}: {', '.join(p) or 'none'}" for s, p in zip(c.settings, c.possible, strict=True))
         lines.append(f"| {c.case} | {c.cause} | {c.way} | {', '.join(c.begun)} | {went} |")
     return "\n".join([*lines, ""])
+
+
+def write_courses(courses: Sequence[Course], folder: Path) -> str:
+    """Write loop.md and loop.json into a trial's folder; the text of loop.md."""
+    text = markdown(courses)
+    write_text_whole(text, folder / "loop.md")
+    write_text_whole(json.dumps([asdict(one) for one in courses], indent=1), folder / "loop.json")
+    return text

@@ -1,0 +1,1 @@
+"""The blind trial with the diagnosis: answers, effects withheld, runs that settle a case, and the score."""
