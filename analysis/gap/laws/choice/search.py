@@ -35,9 +35,6 @@ Array = NDArray[np.float64]
 # halves of the runs.  Where a probe has already found that something is left, a law only says what it follows: one such
 # stage in a hundred gets one by chance.
 DRAWS, LEVEL, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.01 / 4, 0.01, 6
-# Something is left where there is a law: of what its first part leaves one law in a hundred gets a further part by
-# chance.
-LEVEL_OF_MORE = 0.01
 # What the best candidate leaves is searched for further parts, this many at the most, before it counts as noise; each
 # must gain this share of what the best does, and so much: more than chance's best does in most problems.
 MORE_PARTS, LEAST_MORE, LEAST_MORE_GAIN = 3, 0.05, 25.0
@@ -64,7 +61,7 @@ def find_law(
     most_parts: int = MOST_PARTS,
 ) -> tuple[Found | None, float]:
     """The formula that held-out runs ask for, None where chance finds as much as often as ``level`` (of the first part;
-    of further ones :data:`LEVEL_OF_MORE`); and how often chance does.  A part may be a
+    of further ones :data:`LEVEL`, or :data:`LEVEL_WHERE_LEFT` by the runs); and how often chance does.  A part may be a
     candidate times one of ``multipliers`` where that earns what looking for it takes.  ``candidates``: with their
     columns in the problem, where these are known.
 
@@ -75,10 +72,10 @@ def find_law(
     asked = _asked(problem, columns, listed, (), rng, level)
     if asked.p > level:
         return None, asked.p
-    found = _built(problem, columns, listed, asked, rng, multipliers, most_parts)
+    found = _built(problem, columns, listed, asked, (rng, level), multipliers, most_parts)
     names = {one.name for one in listed.candidates}
     if found is not None and any(part.name not in names for part in found.parts):
-        plain = _built(problem, columns, listed, asked, rng, (), most_parts)
+        plain = _built(problem, columns, listed, asked, (rng, level), (), most_parts)
         if plain is not None and _worth_of(plain) + AS_GOOD >= _worth_of(found):
             found = plain
     return found, asked.p
@@ -103,7 +100,8 @@ def _asked(
     rng: np.random.Generator,
     level: float,
 ) -> _Asked:
-    """What runs held out want most beside ``parts``."""
+    """What runs held out want most beside ``parts``; the law's first part is asked for at ``level``."""
+    least_p = LEVEL if parts else level
     scale, candidates = problem.excess, listed.candidates
     held = with_parts(problem, columns, parts)
     asked = listed.asked(held)
@@ -114,15 +112,14 @@ def _asked(
     worth = float(gains[best] - PER_UNKNOWN * candidates[best].unknowns)
     null = gains_by_chance(asked, listed.table, listed.groups, [best], (DRAWS, rng), forms, prices)[1] / scale
     p = by_chance(null, worth)
-    if parts:
-        return _Asked(held, best, gains, min(p, _by_runs(forms, prices)) if p > LEVEL_OF_MORE else p)
-    if p > level and level == LEVEL_WHERE_LEFT:
-        p = min(p, _by_runs(forms, prices))
-        more = _with_more(held, columns, listed, best, gains) if p > level else []
+    if p > least_p and level == LEVEL_WHERE_LEFT:
+        by_runs = _by_runs(forms, prices)
+        more = _with_more(held, columns, listed, best, gains) if by_runs > LEVEL_WHERE_LEFT else []
         if more:
             chosen = [best, *more]
             null = gains_by_chance(asked, listed.table, listed.groups, chosen, (DRAWS, rng), forms, prices)[1] / scale
             p = min(p, by_chance(null, worth))
+        p = min(p, by_runs * least_p / LEVEL_WHERE_LEFT)  # once in a hundred by the runs is enough for every part
     return _Asked(held, best, gains, p)
 
 
@@ -131,11 +128,12 @@ def _built(
     columns: Columns,
     listed: Listed,
     asked: _Asked,
-    rng: np.random.Generator,
+    chance: tuple[np.random.Generator, float],
     multipliers: Sequence[Modulator],
     most_parts: int,
 ) -> Found | None:
-    """The law, part by part; ``asked``: of the first."""
+    """The law, part by part; ``asked``: of the first; ``chance``: what draws, and the level at which that was asked."""
+    rng, level = chance
     scale, candidates, first_p = problem.excess, listed.candidates, asked.p
     parts: list[Candidate] = []
     rivals: tuple[Rival, ...] = ()
@@ -158,8 +156,8 @@ def _built(
         parts = _replaced(problem, columns, [*parts, part], listed)
         if len(parts) == most_parts:
             break
-        asked = _asked(problem, columns, listed, parts, rng, LEVEL_OF_MORE)
-        if asked.p > LEVEL_OF_MORE:
+        asked = _asked(problem, columns, listed, parts, rng, level)
+        if asked.p > LEVEL:
             break
     return _measured(problem, columns, parts, first_p, rivals, scale) if parts else None
 
