@@ -174,7 +174,9 @@ def test_the_entry_has_the_keys_that_page_and_loop_read(drag):
     assert all(set(one) == {"setting", "separation_sd", "standard_error"} for one in entry["settings"])
     axes = settings_figure(entry).axes[0]
     assert [one.get_text() for one in axes.get_yticklabels()] == [one.setting for one in tests.settings]
-    assert "formula found" in tests.words() and tests.words().endswith((".", ")."))
+    assert "the formula of law-1.toml from the nearest other formula" in tests.words() and tests.words().endswith(
+        (".", ").")
+    )
 
 
 def test_recordings_add_their_squares():

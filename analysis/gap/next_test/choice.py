@@ -84,11 +84,11 @@ class NextTests:
 
     @property
     def _effect(self) -> str:
-        return self.effect.replace("_", " ") if self.law is None else f"the formula found ({self.effect})"
+        return self.effect.replace("_", " ") if self.law is None else f"the formula of {self.law}"
 
     @property
     def _rival(self) -> str:
-        return self.rival.replace("_", " ") if self.law is None else f"the nearest other one ({self.rival})"
+        return self.rival.replace("_", " ") if self.law is None else "the nearest other formula"
 
     @property
     def _how(self) -> str:

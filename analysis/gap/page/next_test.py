@@ -17,7 +17,9 @@ from analysis.report.page import Page
 
 # Recordings above which a setting is no way to an answer.
 MOST_RECORDINGS = 20
-ROW_IN, LEFT_IN = 0.26, 3.6
+ROW_IN, LEFT_IN = 0.26, 3.95
+# Smaller separations are told by no digits: none of them is of use.
+LEAST_SHOWN = 0.5
 
 
 def next_section(page: Page, diagnosis: Diagnosis) -> None:
@@ -31,7 +33,7 @@ def next_section(page: Page, diagnosis: Diagnosis) -> None:
     else:
         what = f"the formula of {tests['law']}, {tests['effect']}, and the nearest other one, {tests['rival']},"
     section.add_text(
-        f"Which recording should come next? {what[0].upper()}{what[1:]} explain these data in much the same way. "
+        f"Which recording should come next? {what[0].upper()}{what[1:]} are the nearest explanations of these data. "
         f"The rig was simulated with what was found, in each setting, from {tests['starts']} measured "
         f"beginnings of {tests['duration_s']:.1f} s. The bar says how far apart the two are then, as a multiple of "
         f"what noise alone moves the answer. Below {LEAST_SEPARATION:g} they look alike. From {SETTLES:g} on one "
@@ -51,7 +53,7 @@ def next_section(page: Page, diagnosis: Diagnosis) -> None:
         [
             (
                 one["setting"],
-                value_with_sd(one["separation_sd"], one["standard_error"]),
+                _shown(one["separation_sd"], one["standard_error"]),
                 recordings_needed(one["separation_sd"]),
             )
             for one in tests["settings"]
@@ -60,6 +62,12 @@ def next_section(page: Page, diagnosis: Diagnosis) -> None:
     )
     if best < LEAST_SEPARATION:
         section.add_note("No setting that was simulated separates the two: they do the same to the disk.", "caution")
+
+
+def _shown(separation_sd: float, standard_error: float | None) -> str:
+    if separation_sd < LEAST_SHOWN:
+        return f"less than {LEAST_SHOWN:g}"
+    return value_with_sd(separation_sd, standard_error)
 
 
 def recordings_needed(separation_sd: float) -> str:
