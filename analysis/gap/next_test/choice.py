@@ -27,7 +27,7 @@ from ovines.workers.threads import in_threads
 
 LONGEST_S = 0.6
 SURELY = 2.0  # standard errors by which a setting must be better than today's to be worth the trouble
-STARTS = 6  # of measured flights: enough for an error bar to half of itself
+STARTS = 8  # of measured flights: error bars to a quarter of themselves (1 / sqrt(2 (n - 1)))
 # Standard deviations below which one recording tells nothing, and from which on it settles the question (chance is as
 # far off once in 370).
 LEAST_SEPARATION, SETTLES = 2.0, 3.0
