@@ -59,6 +59,12 @@ def quiet(loaded):
     return run_ladder(loaded("none", 1.0, 41)[1], np.random.default_rng(0))
 
 
+@pytest.fixture
+def two_beginnings(monkeypatch) -> None:
+    """Simulations from two beginnings, where no error bar is asked for: a quarter of the time."""
+    monkeypatch.setattr("analysis.gap.next_test.choice.STARTS", 2)
+
+
 @pytest.fixture(scope="module")
 def drag(quiet):
     """Drag that grows with the square of the speed, against one that grows with the speed."""
@@ -105,8 +111,8 @@ def test_what_is_promised_is_what_a_repeat_shows(quiet, drag):
         holding = [replace(run, data=replace(run.data, law=rows_of([term]))) for run in runs]
         misfit.append(fit(holding, model, noise=rig.flights.noise).misfit)
     measured = np.sqrt((misfit[1] - misfit[0]) / len(runs))
-    promised = tests.settings[0].sd if tests.recommended != AS_RECORDED else tests.today.sd
-    assert measured == pytest.approx(promised, rel=1.0) and measured > 0.5 * promised
+    promised = next(one.sd for one in tests.settings if one.setting == tests.recommended)
+    assert 0.5 < measured / promised < 2.0
 
 
 def test_a_law_of_the_impacts_is_separated_where_it_acts(quiet):
@@ -118,7 +124,7 @@ def test_a_law_of_the_impacts_is_separated_where_it_acts(quiet):
     assert by_setting["the Host at rest and the disk launched at 2 m/s without spin"] < 0.5 * by_setting[AS_RECORDED]
 
 
-def test_a_formula_that_holds_the_law_is_passed_over_for_one_that_can_be_told(quiet, drag):
+def test_a_formula_that_holds_the_law_is_passed_over_for_one_that_can_be_told(quiet, drag, two_beginnings):
     """Twice the same is no question for another setting; alone it stays the answer that no setting tells."""
     _, tests = drag
     both = found(SQUARE, others=(replace(SQUARE, coefficient=-0.04), LINEAR))
@@ -131,7 +137,7 @@ def test_a_formula_that_holds_the_law_is_passed_over_for_one_that_can_be_told(qu
     assert same.words().startswith("No setting of the drive tells") and "less than 0.1" in same.words()
 
 
-def test_a_law_in_step_with_the_drive_has_no_setting_at_rest(quiet):
+def test_a_law_in_step_with_the_drive_has_no_setting_at_rest(quiet, two_beginnings):
     """The simulator refuses it: the others are ranked."""
     beat = Term("fixed_direction", 0.5, (Factor("phase", "cosine"),), x=0.3)
     tests = next_tests(quiet, (), (found(beat, others=(LINEAR,)),))
@@ -153,7 +159,7 @@ def test_without_another_formula_the_words_say_why(quiet):
     assert why_no_setting(replace(left, stage="measurement"), (), None) == ""
 
 
-def test_what_is_open_comes_first(quiet, monkeypatch):
+def test_what_is_open_comes_first(quiet, two_beginnings, monkeypatch):
     """An effect that another explains as well, then a law, then any effect that has a rival, the first or not."""
     asked = []
     monkeypatch.setattr("analysis.gap.next_test.choice.effect_tests", lambda *a: asked.append((a[2].effect, a[3])))
