@@ -111,7 +111,7 @@ def without_next_test() -> Iterator[None]:
     changes nothing else of the answer, and has its own tests (test_by_chance, test_gap_page, test_diagnose's first).
     """
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("analysis.gap.diagnose.next_tests", lambda ladder, causes: None)
+        patched.setattr("analysis.gap.diagnose.next_tests", lambda *_: None)
         yield
 
 

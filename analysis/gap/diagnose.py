@@ -18,6 +18,7 @@ from analysis.gap.estimates import Estimates, estimated
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.next_test.choice import NextTests, next_tests
+from analysis.gap.next_test.laws import why_no_setting
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.detectable import Entry, detectable_sizes
 from analysis.gap.prediction.held_out_errors import held_out_errors
@@ -81,7 +82,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     causes, errors, tests, seen = judged.causes, judged.errors, judged.tests, judged.seen
     gap: dict[str, Any] = {name: (e.rms() if e is not None else None) for name, e in errors.items()}
     gap |= judged.gap | {"left_p": ladder.left_p}
-    actions = _actions(ladder, tests)
+    actions = _actions(ladder, tests, laws)
     found: list[Cause | Structure] = [*causes, *ladder.structure]
     strongest = max(found, key=lambda one: one.strength, default=None)
     summary = {
@@ -125,7 +126,7 @@ def _judged(ladder: Ladder, laws: Sequence[LawFound], chance: np.random.Generato
         table,
         found,
         found.entry(chance),
-        next_tests(ladder, ladder.causes),
+        next_tests(ladder, ladder.causes, laws),
         detectable_sizes(ladder),
         share_seen(ladder, chance),
     )
@@ -194,14 +195,21 @@ def _where(ladder: Ladder, excess: Mapping[str, float]) -> list[dict[str, Any]]:
     return out
 
 
-def _actions(ladder: Ladder, tests: NextTests | None) -> tuple[str, ...]:
-    """The next test of the strongest cause, and of what is left."""
-    said = []
-    if ladder.causes:
-        by_hand = test_by_hand(ladder.causes[0].effect)
-        said.append(by_hand if tests is None else f"{tests.words()} By hand: {by_hand}")
+def _actions(ladder: Ladder, tests: NextTests | None, laws: Sequence[LawFound]) -> tuple[str, ...]:
+    """The next test of the strongest cause, of the one that settings were simulated for, and of what is left."""
+    said, of_law = list[str](), tests is not None and tests.law is not None
+    named = tests.effect if tests is not None and not of_law else None
+    if ladder.causes and ladder.causes[0].effect != named:
+        said.append(test_by_hand(ladder.causes[0].effect))
+    if tests is not None and named is not None:
+        said.append(f"{tests.words()} By hand: {test_by_hand(named)}")
     if ladder.structure:
-        said.append(unknown_test(ladder.structure[0].stage, ladder.structure[0].goes_with))
+        left = ladder.structure[0]
+        by_hand = unknown_test(left.stage, left.goes_with)
+        if tests is not None and of_law:
+            said.append(f"{tests.words()} By hand: {by_hand}")
+        else:
+            said.append(" ".join((by_hand, why_no_setting(left, laws, named))).strip())
     return tuple(said) or (NONE_TEST,)
 
 

@@ -198,7 +198,7 @@ def identified_once() -> Iterator[None]:
 def test_every_function_of_the_reference_has_an_example_that_runs(module, name, monkeypatch):
     monkeypatch.chdir(ROOT)
     # What a diagnosis advises next is in no example, and takes a fifth of its time.
-    monkeypatch.setattr("analysis.gap.diagnose.next_tests", lambda ladder, causes: None)
+    monkeypatch.setattr("analysis.gap.diagnose.next_tests", lambda *_: None)
     function = getattr(importlib.import_module(module), name)
     (example,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
     told: list[str] = []

@@ -45,7 +45,7 @@ ovines.core.absorber ovines.blind_film ovines.first_run analysis.identify analys
     analysis.gap.selection
 analysis.gap.drive
 analysis.checks analysis.gap.ladder analysis.simulations analysis.accelerometers
-analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.next_test analysis.gap.estimates \
+analysis.report analysis.dynamics analysis.gap.prediction analysis.gap.estimates \
     analysis.gap.laws.dictionary analysis.gap.laws.regression
 analysis.gap.laws.dictionary.flights analysis.gap.laws.dictionary.impacts analysis.gap.laws.frames.forms \
     analysis.gap.laws.frames.evidence
@@ -54,7 +54,7 @@ analysis.gap.laws analysis.gap.answer analysis.report.pages
 analysis.gap.laws.frames.bodies
 analysis.gap.laws.frames analysis.gap.laws.instead
 analysis.gap.named_laws
-analysis.gap.written_laws
+analysis.gap.written_laws analysis.gap.next_test
 analysis.view analysis.plan analysis.gap.diagnose analysis.gap.impacts_alone ovines.exporters
 analysis.gap.page.figures
 analysis.gap.page ovines.pipeline

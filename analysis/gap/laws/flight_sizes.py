@@ -16,6 +16,7 @@ from analysis.flights.evidence import columns_of
 from analysis.flights.fit import ORIGIN, SHARED
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import FlightRegression, regression_of
+from analysis.gap.laws.linear_law import number_columns
 from analysis.gap.laws.regression.halves import Halves, halves_of
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit
@@ -31,8 +32,6 @@ Array = NDArray[np.float64]
 # Rounds of coefficients by the equation of motion and numbers inside by its residuals; a step of these is kept to so
 # many of the search's, and they rest within this share of their sds.
 ROUNDS, LONGEST_STEP, RESTS_SD = 4, 2.0, 0.1
-# Step of a number's difference, in the search's.
-STEP = 0.05
 LINEAR = tuple(name for name in LENS_TERMS if name not in NONLINEAR)
 # A law is rejected whose coefficients a fit has turned about or made so many times larger, or none of whose
 # coefficients has an sd below so many times itself.
@@ -142,7 +141,7 @@ def _numbers_step(
     """
     columns, prior = columns_of([*floor.names, *ORIGIN, *LENS_TERMS]), rows.problem.prior
     order = [*(i for i in range(len(columns)) if i not in law), *law]
-    inside = _derivatives(rows, parts, coefficients)
+    inside = number_columns(rows, parts, coefficients)
     design = np.hstack([rows.problem.nuisances[:, order], inside])
     design[:, len(columns) - len(law) : len(columns)] /= coefficients
     weight = np.concatenate([prior[order][: -len(law)], np.zeros(len(law) + inside.shape[1])])
@@ -181,22 +180,6 @@ def _disagreement(design: Array, rows: FlightRegression, step: Array, covariance
             np.add.at(scores, number, design * left[:, None])
             factor = np.maximum(factor, student_over_normal(count - 1) * sandwich_factor(scores, covariance))
     return factor
-
-
-def _derivatives(rows: FlightRegression, parts: Sequence[Candidate], coefficients: Array) -> Array:
-    """What a unit of each number inside adds to the rows (M, I)."""
-    columns, at = [np.zeros((len(rows.problem.residual), 0))], 0
-    for part in parts:
-        own = coefficients[at : at + len(part.terms)]
-        at += len(part.terms)
-        for i, (number, by, positive) in enumerate(zip(part.numbers, part.steps, part.positive, strict=True)):
-            unit = STEP * (abs(number) * by if positive else by)
-            moved = [list(part.numbers) for _ in range(2)]
-            moved[0][i] += unit
-            moved[1][i] -= unit
-            ahead, behind = (rows.columns(part.at(m).terms) @ own for m in moved)
-            columns.append(((ahead - behind) / (2 * unit))[:, None])
-    return np.hstack(columns)
 
 
 def _stepped(parts: Sequence[Candidate], step: Array) -> tuple[Candidate, ...]:

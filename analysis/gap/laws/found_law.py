@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run
 from analysis.gap.laws.choice.found import Found, Rival
-from analysis.gap.laws.dictionary.candidate import named_numbers, with_coefficients
+from analysis.gap.laws.dictionary.candidate import Candidate, named_numbers, with_coefficients
 from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.selection.flights.fit import FlightFit
@@ -27,11 +27,16 @@ DRAWS, BAND = 400, (0.05, 0.95)
 
 @dataclass(frozen=True, eq=False)
 class Other:
-    """Another formula: how much of the chosen one's held-out gain it has, and whether the data tell them apart."""
+    """Another formula: how much of the chosen one's held-out gain it has, and whether the data tell them apart;
+    ``candidate`` and ``coefficients`` (T,) of it in the rig's frame, in place of the law's first part and ``beside``
+    the terms of its other parts."""
 
     law: WrittenLaw
     share: float
     told_apart: bool
+    candidate: Candidate
+    coefficients: Array
+    beside: tuple[Term, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,12 +102,13 @@ class LawFound:
 
 def others_of(found: Found, frame: RigFrame) -> tuple[Other, ...]:
     """The nearest other formulas, in the world."""
-    return tuple(_other(one, frame) for one in found.rivals)
+    beside = tuple(term for part in found.parts[1:] for term in part.terms)
+    return tuple(_other(one, frame, beside) for one in found.rivals)
 
 
-def _other(one: Rival, frame: RigFrame) -> Other:
+def _other(one: Rival, frame: RigFrame, beside: tuple[Term, ...]) -> Other:
     law = WrittenLaw(with_coefficients(one.candidate.terms, one.coefficients, one.covariance))
-    return Other(in_world(law, frame), one.gain, one.told_apart)
+    return Other(in_world(law, frame), one.gain, one.told_apart, one.candidate, one.coefficients, beside)
 
 
 def in_world(law: WrittenLaw, frame: RigFrame) -> WrittenLaw:

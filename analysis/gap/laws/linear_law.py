@@ -1,4 +1,4 @@
-"""A law that acts linearly on the rows it was found in, as it is told: impacts, distances, frames."""
+"""A law that acts linearly on the rows it was found in, as it is reported: impacts, distances, frames."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.choice.found import Found
-from analysis.gap.laws.dictionary.candidate import law_at, with_sds
+from analysis.gap.laws.dictionary.candidate import Candidate, law_at, with_sds
 from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.regression.halves import halves_of, scatter_of_runs
@@ -19,6 +19,8 @@ from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import Term
 
 Array = NDArray[np.float64]
+# Step of a number's difference, in the search's.
+STEP = 0.05
 
 
 class Rows(Protocol):
@@ -42,6 +44,22 @@ class Rows(Protocol):
 def values_of(found: Found) -> Array:
     """Coefficients of all terms, then the numbers inside each part."""
     return np.concatenate([found.coefficients, [n for part in found.parts for n in part.numbers]])
+
+
+def number_columns(rows: Rows, parts: Sequence[Candidate], coefficients: Array) -> Array:
+    """What a unit of each number inside adds to the rows (M, I)."""
+    columns, at = [np.zeros((len(rows.problem.residual), 0))], 0
+    for part in parts:
+        own = coefficients[at : at + len(part.terms)]
+        at += len(part.terms)
+        for i, (number, by, positive) in enumerate(zip(part.numbers, part.steps, part.positive, strict=True)):
+            unit = STEP * (abs(number) * by if positive else by)
+            moved = [list(part.numbers) for _ in range(2)]
+            moved[0][i] += unit
+            moved[1][i] -= unit
+            ahead, behind = (rows.columns(part.at(m).terms) @ own for m in moved)
+            columns.append(((ahead - behind) / (2 * unit))[:, None])
+    return np.hstack(columns)
 
 
 def reported_law(rows: Rows, found: Found, p: float, frame: RigFrame) -> LawFound:

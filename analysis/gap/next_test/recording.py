@@ -1,8 +1,9 @@
-"""A recording that has not been made: the rig in another setting, simulated with the effects as found."""
+"""A recording that has not been made: the rig in another setting, simulated with the effects and laws as found."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,10 +16,12 @@ from analysis.flights.equation.parameters import INDEX
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
+from analysis.gap.selection.flights.fit import FlightFit
 from analysis.motion.host_path import HostMotion
 from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
 from ovines.core.effects import EFFECTS
+from ovines.core.laws.terms import WrittenLaw, rows_of
 
 Array = NDArray[np.float64]
 # Where the impacts are too few to give the contact law: what steel on steel usually shows.
@@ -52,6 +55,43 @@ SETTINGS = (
 
 
 @dataclass(frozen=True, eq=False)
+class Rig:
+    """The rig as found: a series' ``ladder``, the ``flights`` whose friction, states and noise are simulated, the named
+    ``causes`` that the simulator has, and the ``laws`` found, in the rig's frame."""
+
+    ladder: Ladder
+    flights: FlightFit
+    causes: tuple[Cause, ...]
+    laws: tuple[WrittenLaw, ...] = ()
+
+    @cached_property
+    def like(self) -> RunData:
+        """The run of median length, whose frames, sds and disk simulated recordings have."""
+        runs = sorted(self.ladder.series.runs, key=lambda r: len(r.data.time_s))
+        return runs[len(runs) // 2].data
+
+    @cached_property
+    def wall(self) -> Wall:
+        """As identified, or as stated."""
+        fitted = self.ladder.impacts.fitted
+        return fitted.wall.wall if fitted is not None else self.like.wall
+
+    @cached_property
+    def held(self) -> Array:
+        """What flights know of the laws: those that the measured ones hold, then those of the flights that were found;
+        packed (T, ROW_SIZE)."""
+        found = [term for law in self.laws if law.stage == "flight" for term in law.terms]
+        return np.vstack([self.like.law, rows_of(found)]) if found else self.like.law
+
+    @cached_property
+    def acting(self) -> tuple[WrittenLaw, ...]:
+        """The laws that are simulated: those that the nominal model holds, and those found; the wall's shape is part of
+        the wall."""
+        stated = [self.ladder.series.frame.law(law) for law in self.ladder.series.laws]
+        return tuple(law for law in (*stated, *self.laws) if law.stage != "geometry")
+
+
+@dataclass(frozen=True, eq=False)
 class Recorded:
     """A simulated recording that starts at ``start_s`` of the Host's motion ``host``."""
 
@@ -59,10 +99,9 @@ class Recorded:
     start_s: float
     result: SimulationResult
 
-    def run(self, ladder: Ladder, like: RunData) -> Run:
-        """As the fit of flights sees it, with the sds of the measured ``like`` (no noise is drawn: only sds are asked
-        for).
-        """
+    def run(self, rig: Rig) -> Run:
+        """As the fit of flights sees it, with the sds of measured runs (no noise is drawn: only sds are asked for)."""
+        like = rig.like
         time_s = self.result.time_s + self.start_s
         n = len(time_s)
         seen = np.column_stack([self.result.motion[f"nes_{q}"] for q in ("x_m", "y_m", "angle_rad")])
@@ -79,9 +118,10 @@ class Recorded:
             like.radius_m,
             like.inertia_factor,
             like.wall,
+            law=rig.held,
         )
         host = np.column_stack([self.host.at(time_s), np.full((n, 4), sd)])
-        return cut(made, host, np.arange(n), _wall(ladder, like))
+        return cut(made, host, np.arange(n), rig.wall)
 
 
 class Start(NamedTuple):
@@ -91,49 +131,42 @@ class Start(NamedTuple):
     flight: int
 
 
-def starts(ladder: Ladder, most: int) -> list[Start]:
+def starts(flights: FlightFit, most: int) -> list[Start]:
     """First flights of all runs, then second ones, up to ``most``."""
-    known = [[k for k, s in enumerate(fits.states) if np.isfinite(s).all()] for fits in ladder.flights.fitted.fits]
+    known = [[k for k, s in enumerate(fits.states) if np.isfinite(s).all()] for fits in flights.fits]
     longest = max((len(one) for one in known), default=0)
     found = [
         Start(fits, one[turn])
         for turn in range(longest)
-        for fits, one in zip(ladder.flights.fitted.fits, known, strict=True)
+        for fits, one in zip(flights.fits, known, strict=True)
         if turn < len(one)
     ]
     return found[:most]
 
 
-def record(
-    ladder: Ladder,
-    causes: tuple[Cause, ...],
-    start: Start,
-    setting: Setting,
-    duration_s: float,
-    effects: frozenset[str],
-) -> Recorded:
-    """Simulated from the first state of a measured flight, in the Host's frame; of ``causes`` those named in
-    ``effects``.
-    """
+def record(rig: Rig, start: Start, setting: Setting, duration_s: float) -> Recorded:
+    """Simulated from the first state of a measured flight, in the Host's frame; `ScenarioError` of a law that the
+    simulator does not take in this setting: one in step with a drive, of a Host at rest."""
     fits = start.fits
     host, data = _host(fits.run.host, setting), fits.run
     start_s = float(fits.reference_s[start.flight])
-    friction, coupling = (float(ladder.flights.fitted.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))
-    values = {c.effect: _within_bounds(c) for c in causes if c.effect in effects}
+    friction, coupling = (float(rig.flights.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))
+    values = {c.effect: _within_bounds(c) for c in rig.causes}
     # Vertical motion is among the measured harmonics; where it is no cause their z is noise.
-    wall = moved(Host(**simulated_wall(_wall(ladder, data), data.radius_m)), host, start_s, duration_s)
+    wall = moved(Host(**simulated_wall(rig.wall, data.radius_m)), host, start_s, duration_s)
     if values.pop("vertical_motion", None) is None:
         wall = replace(wall, drive=tuple(h for h in wall.drive if h.axis != "z"))
     scenario = Scenario(
         "next test",
         Nes(data.radius_m, 1.0, data.inertia_factor),
         wall,
-        _law(ladder),
+        _law(rig.ladder),
         duration_s,
         FloorFriction(friction, "farkas" if coupling > 0.5 else "coulomb") if friction > 0 else None,
         initial_nes=_start(start, host, setting),
         sample_rate_hz=float(1 / np.median(np.diff(data.time_s))),
         effects=values,
+        laws=rig.acting,
     )
     return Recorded(host, start_s, simulate(scenario))
 
@@ -159,10 +192,6 @@ def _law(ladder: Ladder) -> ImpactLaw:
         max(law.wall_friction, 0.0),
         float(np.clip(law.tangential_restitution, -1, 1)),
     )
-
-
-def _wall(ladder: Ladder, data: RunData) -> Wall:
-    return ladder.impacts.fitted.wall.wall if ladder.impacts.fitted is not None else data.wall
 
 
 def _host(host: HostMotion, setting: Setting) -> HostMotion:

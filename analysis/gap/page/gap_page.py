@@ -15,6 +15,7 @@ from analysis.gap.page.figures import paths as path_figures
 from analysis.gap.page.figures.panels import ladder_figure
 from analysis.gap.page.first_screen import facts, gap_card, lead, verdict_card
 from analysis.gap.page.laws import laws_section
+from analysis.gap.page.next_test import next_section
 from analysis.gap.page.tables import (
     detectable_rows,
     drive_rows,
@@ -27,7 +28,6 @@ from analysis.gap.page.tables import (
     where_rows,
 )
 from analysis.gap.page.words import plain
-from analysis.report.numbers import value_with_sd
 from analysis.report.page import Page
 
 
@@ -62,7 +62,7 @@ def gap_page(diagnosis: Diagnosis, name: str) -> Page:
     _measurement_section(page, diagnosis)
     _drive_section(page, diagnosis)
     _rest_section(page, diagnosis)
-    _next_section(page, diagnosis)
+    next_section(page, diagnosis)
     _limits_section(page, diagnosis)
     return page
 
@@ -229,25 +229,6 @@ def _rest_section(page: Page, diagnosis: Diagnosis) -> None:
     if diagnosis.summary["stage"] != "flight":
         flight_evidence(section, diagnosis, "")
     impact_overview(section, diagnosis)
-
-
-def _next_section(page: Page, diagnosis: Diagnosis) -> None:
-    """Settings of the drive, ranked by how well one recording tells the named effect from its nearest rival."""
-    tests = diagnosis.summary["next_tests"]
-    if tests is None:
-        return
-    section = page.add_section("The next test", "next")
-    section.add_text(
-        f"How well one recording of {tests['duration_s']:.1f} s tells {plain(tests['effect'])} from its nearest "
-        f"rival, {plain(tests['rival'])}: the size found over the "
-        "standard deviation it would have with the rival and all nominal parameters unknown. Simulated from the first "
-        f"states of {tests['starts']} measured flights; the ± is how far other beginnings would lead."
-    )
-    section.add_table(
-        ("setting", "standard deviations"),
-        [(one["setting"], value_with_sd(one["separation_sd"], one["standard_error"])) for one in tests["settings"]],
-        text_columns=(0,),
-    )
 
 
 def _limits_section(page: Page, diagnosis: Diagnosis) -> None:

@@ -34,7 +34,7 @@ def unknown(tmp_path_factory) -> Path:
     with FileLock(f"{out}.lock"):
         if not (out / "first" / "diagnosis.json").exists():
             with pytest.MonkeyPatch.context() as patched:
-                patched.setattr("analysis.gap.diagnose.next_tests", lambda ladder, causes: None)
+                patched.setattr("analysis.gap.diagnose.next_tests", lambda *_: None)
                 patched.setattr("analysis.gap.page.gap_page.gap_page", blank)
                 assert main(["diagnose", str(SAMPLE), "--out", str(out / "first"), "--quiet"]) == 0
     return out

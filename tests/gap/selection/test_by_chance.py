@@ -10,7 +10,8 @@ import pytest
 
 from analysis.blind.series import make_series
 from analysis.gap.ladder import run_ladder
-from analysis.gap.next_test.choice import LEAST_SEPARATION, TERMS, next_tests, rival_of
+from analysis.gap.next_test.choice import LEAST_SEPARATION, next_tests
+from analysis.gap.next_test.effects import TERMS, rival_of
 from analysis.gap.next_test.recording import AS_RECORDED
 from analysis.gap.prediction.held_out_errors import STEPS, held_out_errors
 from analysis.gap.prediction.power import flights_seen, share_seen
@@ -126,7 +127,7 @@ def test_threshold_is_the_larger_of_the_two(dragged):
 
 def test_next_test_ranks_settings_and_agrees_with_the_series_itself(dragged):
     causes = dragged.causes
-    assert rival_of(dragged, causes) == "viscous_drag"
+    assert rival_of(dragged, causes[0], causes) == "viscous_drag"
     tests = next_tests(dragged, causes)
     assert tests is not None and tests.effect == "air_drag"
     separation = {one.setting: one.sd for one in tests.settings}
