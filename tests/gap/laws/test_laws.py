@@ -285,9 +285,9 @@ def test_a_product_hides_no_law_of_two_parts():
     where a law must begin with what says most."""
     rng = np.random.default_rng(5)
     count = 240
-    speed, _, slip = rng.uniform(0.0, 2.0, count), rng.uniform(0.0, 1.0, count), rng.uniform(-1.0, 1.0, count)
+    speed, slip = rng.uniform(0.0, 2.0, count), rng.uniform(-1.0, 1.0, count)
     every = np.arange(count)
-    law = 20.0 * np.exp(-speed / 0.3) + 30.0 * np.exp(-speed / 1.5) + 20.0 * slip
+    law = 60.0 * np.exp(-speed / 0.3) + 30.0 * np.exp(-speed / 1.5) + 10.0 * slip
     problem = Regression(law + rng.standard_normal(count), np.ones((count, 1)), np.zeros(1), every, every % 8)
 
     def columns(terms):
