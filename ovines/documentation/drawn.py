@@ -106,6 +106,9 @@ BY_MODULE = {
     "analysis.gap.page.figures.rigid": {
         "rigid_figure": "gallery/markers_against_their_bodies.svg",
     },
+    "analysis.gap.page.next_test": {
+        "settings_figure": "gallery/bars_of_the_separation_by_setting_of_the_drive.svg",
+    },
     "analysis.gap.page.laws": {
         "formula_figure": "gallery/acceleration_44_19_1_s_2_distance_in_room_exp_distance_in_ro.svg",
         "evidence_figure": "gallery/missing_quantity_over_its_covariate_before_and_after_the_law.svg",
