@@ -13,7 +13,8 @@ from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.flights.cutting.runs import Run
 from analysis.flights.equation.parameters import INDEX, LAW, LAW_TERMS
 from analysis.gap.laws.choice.found import Found, Rival
-from analysis.gap.laws.choice.search import LEAST_SHARE, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS, NEAR
+from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS
+from analysis.gap.laws.choice.shortlist import LEAST_SHARE, NEAR
 from analysis.gap.laws.dictionary.candidate import law_at, with_sds
 from analysis.gap.laws.evidence import evidence_of
 from analysis.gap.laws.flight_rows import flight_regression

@@ -16,7 +16,8 @@ from analysis.flights.fit import SHARED
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN, Listed
-from analysis.gap.laws.choice.search import MOST_PARTS, find_law, shortlist_of
+from analysis.gap.laws.choice.search import MOST_PARTS, find_law
+from analysis.gap.laws.choice.shortlist import shortlist_of
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.parts import RigScales

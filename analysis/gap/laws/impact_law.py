@@ -13,7 +13,8 @@ from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
-from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, LEVEL_BELIEVED, find_law
+from analysis.gap.laws.choice.search import LEVEL, LEVEL_BELIEVED, find_law
+from analysis.gap.laws.choice.shortlist import AS_GOOD
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates

@@ -17,7 +17,7 @@ from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.choice.listed import columns_of
 from analysis.gap.laws.choice.numbers_inside import searched
-from analysis.gap.laws.choice.search import SHORTLIST
+from analysis.gap.laws.choice.shortlist import SHORTLIST
 from analysis.gap.laws.dictionary.candidate import Candidate, law_at, named_numbers, with_sds
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts.law import law_candidates

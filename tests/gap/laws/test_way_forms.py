@@ -10,7 +10,7 @@ import pytest
 
 from analysis.flights.cutting.way_slid import way_slid
 from analysis.gap.laws.choice.listed import Listed
-from analysis.gap.laws.choice.search import shortlist_of
+from analysis.gap.laws.choice.shortlist import shortlist_of
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.flights.way import way_candidates
 from analysis.gap.laws.dictionary.parts import RigScales

@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.laws.choice.search import AS_GOOD, find_law
+from analysis.gap.laws.choice.search import find_law
+from analysis.gap.laws.choice.shortlist import AS_GOOD
 from analysis.gap.laws.dictionary.candidate import Candidate, ways
 from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, plain, rings

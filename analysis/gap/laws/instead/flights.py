@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.gap.laws.belief import believed
-from analysis.gap.laws.choice.search import LEAST_SHARE
+from analysis.gap.laws.choice.shortlist import LEAST_SHARE
 from analysis.gap.laws.flight_law import find_flight_law, squared_errors
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.found_law import LawFound

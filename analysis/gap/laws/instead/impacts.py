@@ -13,7 +13,8 @@ from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
-from analysis.gap.laws.choice.search import AS_GOOD, LEAST_SHARE, LEVEL_BELIEVED, LEVEL_WHERE_LEFT
+from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
+from analysis.gap.laws.choice.shortlist import AS_GOOD, LEAST_SHARE
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, needless_beside
 from analysis.gap.laws.impact_rows import law_regression, of_target, usual_scatter

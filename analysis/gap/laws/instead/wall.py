@@ -10,7 +10,8 @@ import numpy as np
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
-from analysis.gap.laws.choice.search import AS_GOOD, LEVEL, MOST_PARTS, find_law
+from analysis.gap.laws.choice.search import LEVEL, MOST_PARTS, find_law
+from analysis.gap.laws.choice.shortlist import AS_GOOD
 from analysis.gap.laws.dictionary.candidate import law_at, waves
 from analysis.gap.laws.dictionary.impacts.walls import HERTZ, LASTING, wall_candidates
 from analysis.gap.laws.dictionary.products import of_impacts

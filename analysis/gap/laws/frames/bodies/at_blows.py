@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.laws.choice.search import AS_GOOD, find_law
+from analysis.gap.laws.choice.search import find_law
+from analysis.gap.laws.choice.shortlist import AS_GOOD
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import SCALE_STEP, plain
