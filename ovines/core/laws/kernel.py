@@ -13,6 +13,7 @@ from ovines.core.laws import words as W
 from ovines.core.laws.quantities import (
     Q_FROM_CONTACT,
     Q_LAST_APPROACH,
+    Q_LAST_AZIMUTH,
     Q_LAST_LEFT,
     Q_LAST_SLIP,
     Q_LAST_SPUN,
@@ -88,7 +89,7 @@ def unknown(code: int, known: Floats) -> bool:
     """Whether a quantity goes with a contact before that nobody saw."""
     last = Q_FROM_CONTACT <= code <= Q_LAST_APPROACH or Q_RIM_TURN <= code <= Q_LAST_SLIP or code == Q_SINCE_BY_BLOW
     last = last or Q_LAST_SPUN <= code <= Q_LAST_LEFT or Q_SLIDING_FROM_BLOW <= code <= Q_OFF_PATH
-    if last and not remembers(known):
+    if (last or code == Q_LAST_AZIMUTH) and not remembers(known):
         return True
     return (code == Q_OFF_PATH and not remembers_two(known)) or (code == Q_WAY_SINCE and known[W.WAY_BEFORE] < 0.0)
 

@@ -19,8 +19,8 @@ from ovines.core.laws.memory import trail, way_lately
     Q_HOST_PLACE, Q_ALONG_ROOM, Q_ACCELERATION_AROUND, Q_BREATHING, Q_BREATHING_RATE, Q_BLOWS_HERE, Q_RIM_BLOWS_HERE,
     Q_LAST_SPUN, Q_STRUCK_RIM, Q_TURNED_SINCE, Q_LAST_LEFT, Q_OVALLING_RATE, Q_TWIST, Q_TWIST_RATE, Q_RECENT_RUBBING,
     Q_TURNED, Q_NES_PLACE, Q_SLIDING_FROM_BLOW, Q_OFF_PATH, Q_WAY_SINCE, Q_WAY, Q_TRAIL_ALONG, Q_TRAIL_ACROSS,
-    Q_WAY_LATELY, Q_RIM_ANGLE,
-) = range(75)  # fmt: skip
+    Q_WAY_LATELY, Q_RIM_ANGLE, Q_LAST_AZIMUTH,
+) = range(76)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 # What has faded for so many of its times is forgotten: a ten millionth is left.
@@ -108,7 +108,10 @@ def along(code: int, x: float, known: Floats) -> float:
 
 @compiled
 def azimuth(code: int, rate: float, known: Floats) -> float:
-    """Direction from the Host's centre: in the room, seen from the disk, or from what goes round at a ``rate``."""
+    """Direction from the Host's centre: of the disk in the room, seen from the disk, or from what goes round at a
+    ``rate``; of the contact before."""
+    if code == Q_LAST_AZIMUTH:
+        return math.atan2(known[W.LAST_Y], known[W.LAST_X])
     seen = math.atan2(known[W.HY], known[W.HX])
     if code == Q_BODY:
         return seen - known[W.ANGLE]
@@ -250,7 +253,7 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return known[W.PHASE] - x
     if code == Q_SINCE:
         return known[W.SINCE] - x
-    if code == Q_AZIMUTH or code == Q_BODY or code == Q_TURNING:
+    if code == Q_AZIMUTH or code == Q_BODY or code == Q_TURNING or code == Q_LAST_AZIMUTH:
         return azimuth(code, y, known) - x
     if code == Q_RUN:
         return known[W.RUN] - x
@@ -298,5 +301,5 @@ def circular(code: int) -> bool:
         code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
         or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION or code == Q_HEADING or code == Q_SLIDING_HEADING
         or code == Q_TURNING or code == Q_RIM_TURN or code == Q_STRUCK_RIM or code == Q_SLIDING_FROM_BLOW
-        or code == Q_RIM_ANGLE
+        or code == Q_RIM_ANGLE or code == Q_LAST_AZIMUTH
     )  # fmt: skip

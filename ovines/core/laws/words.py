@@ -409,6 +409,14 @@ QUANTITIES: dict[str, Quantity] = {
                 "",
                 "angle whose tangent is the speed of the rim by its spin over the speed against the floor",
             ),
+            (
+                "last_azimuth",
+                "rad",
+                r"\theta_c",
+                True,
+                "angle",
+                "direction of the contact before from the Host's centre, in the room",
+            ),
         )
     )
 }
@@ -449,7 +457,7 @@ BETWEEN_THINGS = (
 #: what knows the contact before: nil without one
 OF_LAST_CONTACT = (
     *("from_contact", "contact_turn", "last_approach", "since_by_blow", "rim_turn", "last_slip"),
-    *("last_spun", "struck_rim", "turned_since", "last_left", "sliding_from_blow", "off_path"),
+    *("last_spun", "struck_rim", "turned_since", "last_left", "sliding_from_blow", "off_path", "last_azimuth"),
 )
 #: what adds up the impacts before: without one, nothing
 OF_BLOWS = (

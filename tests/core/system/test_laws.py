@@ -35,7 +35,8 @@ QUANTITY_CODES = (
     "NUMBER_OF_BLOWS SWING SWING_RATE OVALLING PLACE_ALONG_SLIDING AT_CYLINDER AIRSPEED HOST_PLACE ALONG_ROOM "
     "ACCELERATION_AROUND BREATHING BREATHING_RATE BLOWS_HERE RIM_BLOWS_HERE LAST_SPUN STRUCK_RIM "
     "TURNED_SINCE LAST_LEFT OVALLING_RATE TWIST TWIST_RATE RECENT_RUBBING TURNED NES_PLACE "
-    "SLIDING_FROM_BLOW OFF_PATH WAY_SINCE WAY TRAIL_ALONG TRAIL_ACROSS WAY_LATELY RIM_ANGLE"
+    "SLIDING_FROM_BLOW OFF_PATH WAY_SINCE WAY TRAIL_ALONG TRAIL_ACROSS WAY_LATELY RIM_ANGLE "
+    "LAST_AZIMUTH"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -378,6 +379,17 @@ def test_how_far_the_disk_has_turned_and_how_fast_a_blow_has_left_it(quantity):
         expected = rig.impact.restitution + law.terms[0].coefficient * value
         ratio = -impacts["normal_speed_after_m_per_s"][k] / impacts["normal_speed_before_m_per_s"][k]
         assert ratio == pytest.approx(expected, abs=1e-3)
+
+
+def test_where_the_disk_has_struck_last():
+    """The direction of each impact, held against the table of them; nothing before the first."""
+    law = WrittenLaw((Term("restitution", 0.05, (Factor("last_azimuth", "cosine", x=0.4),)),))
+    rig = replace(RIG, laws=(law,), duration_s=0.6)
+    impacts = simulate(rig).impacts
+    ratio = -impacts["normal_speed_after_m_per_s"] / impacts["normal_speed_before_m_per_s"]
+    assert len(impacts) > 5 and ratio[0] == pytest.approx(rig.impact.restitution, abs=1e-9)
+    expected = rig.impact.restitution + 0.05 * np.cos(impacts["azimuth_rad"][:-1] - 0.4)
+    assert ratio[1:] == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("fades_s", [0.0, 0.2])

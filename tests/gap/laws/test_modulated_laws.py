@@ -26,13 +26,15 @@ CARRIED = {
     "floor_friction": (), "fixed_direction": (), "along_velocity": ("speed",), "along_sliding": ("sliding_speed",),
     "outwards": (), "swirl": (), "across_velocity": ("speed",), "spin": (), "floor_torque": (),
 }  # fmt: skip
+# what a flight may remember of the blow that it began with
+OF_BLOW = ("last_approach", "last_slip", "last_left", "last_azimuth", "turned_since", "from_contact")
 
 
 def test_every_carrier_meets_every_usual_quantity():
     """What changes with place, motion, time or the blows before, changes whichever of the forces it may."""
     met = {(term.target, *sorted(f.quantity for f in term.factors)) for one in modulated(SCALES) for term in one.terms}
     for target, own in CARRIED.items():
-        for quantity in ("radius", "gap", "time", "run", "since", "blows", "phase", "azimuth", "host_speed"):
+        for quantity in ("radius", "gap", "time", "run", "since", "blows", "phase", "azimuth", "host_speed", *OF_BLOW):
             assert (target, *sorted((*own, quantity))) in met, (target, quantity)
 
 
@@ -180,3 +182,21 @@ def test_a_line_of_glue_takes_the_same_of_every_crossing(tmp_path):
     assert quantities(law) == [("fixed_direction", ["along_host", "sliding_along"])], as_text(law.law)
     held, sd, _ = law.numbers["coefficient"]
     assert abs(held) == pytest.approx(true["crossed_m_per_s2"], abs=3 * sd + 0.15 * true["crossed_m_per_s2"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "severity", "seed", "quantity"),
+    [
+        ("unknown_primed_film", 0.6, 91, "last_left"),
+        ("unknown_dirty_side", 0.9, 92, "last_azimuth"),
+        ("unknown_spun_out_dust", 0.9, 93, "turned_since"),
+    ],
+)
+def test_friction_remembers_the_blow_before(tmp_path, kind, severity, seed, quantity):
+    """How fast it has let the disk go, where it was, how far the disk has turned since."""
+    series, _ = made_series(tmp_path, kind, severity, seed, runs=4)
+    law = flight_law(series)
+    assert law is not None
+    assert {target for target, _ in quantities(law)} == {"floor_friction"}, as_text(law.law)
+    assert {name for _, names in quantities(law) for name in names} - {"last_left"} == {quantity} - {"last_left"}
+    assert law.closed > 0.9

@@ -24,6 +24,8 @@ RANGES, SPEEDS, TIMES, BEYOND = (0.05, 0.12, 0.3), (0.1, 0.25, 0.6), (0.1, 0.25,
 LIFTS, SPINS = (0.5, 1.0), (0.3, 1.0)
 # Times over the longest run in which something fades, and at which it changes at once.
 FADES, CHANGES = (0.1, 0.3), (0.2, 0.4, 0.6, 0.8)
+# Angles (rad) by which a disk turns until what a blow has brought below it is thrown out.
+TURNS = (1.0, 4.0)
 # Blows after which what each of them does comes to an end; distances over the contact radius from the contact before.
 WEARS, REACHES = (4.0, 12.0), (0.1, 0.2, 0.35, 0.6)
 # Cycles in the longest run of what nothing else moves with, by half of one.
@@ -78,6 +80,8 @@ def _product(terms: tuple[Term, ...], make: Callable[..., Products], *numbers: f
 
 # What is there more or less: on friction, a force of the room and a drag everything is tried.
 _SPEED, _SPIN, _RADIUS = Factor("speed"), Factor("spin"), Factor("radius")
+# 1 after a contact that is known, as all that goes with it is 0 without one.
+_STRUCK = Factor("last_left", "beyond", 1.0, 0.0)
 FRICTION = Carrier("friction", (Term("floor_friction", 1.0),))
 ROOM = Carrier("force of the room", pair("fixed_direction", QUARTER))
 DRAG = Carrier("drag", (Term("along_velocity", 1.0, (_SPEED,)),))
@@ -147,6 +151,16 @@ def settling(name: str, shape: tuple[str, str, float], sizes: Sequence[float]) -
     return replace(one, make=lambda scale: ((), *one.make(scale)))
 
 
+def since_struck(one: Modulator) -> Modulator:
+    """What is there after a blow, and how much of it: where the contact before is not known, as before the first,
+    neither is, and that nought is no value of what it was."""
+
+    def make(*numbers: float) -> Products:
+        return ((_STRUCK,), *one.make(*numbers))
+
+    return replace(one, make=make)
+
+
 def first_and_changing(one: Modulator, factor: Factor) -> Modulator:
     """What is there at first, and the same times a ``factor``."""
 
@@ -175,7 +189,9 @@ def _plain() -> list[Modulator]:
             ("the square of the Host's acceleration", Factor("host_acceleration", "power", 2.0)),
             ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
             ("the speed outwards", Factor("radial_speed")), ("the speed around", Factor("circling_speed")),
-            ("the last blow", Factor("last_approach")), ("the number of blows before", Factor("blows")),
+            ("the last blow", Factor("last_approach")), ("the signed slip of the last blow", Factor("last_slip")),
+            ("the slip of the last blow", Factor("last_slip", "absolute_power")),
+            ("the number of blows before", Factor("blows")),
         )
     ]  # fmt: skip
     # A floor that pitches as it is accelerated presses at one side: place times acceleration.
@@ -193,6 +209,7 @@ def _waves() -> list[Modulator]:
         for quantity, orders in (
             ("phase", (1.0, 2.0)), ("clock", (1.0,)), ("angle", (1.0, 2.0)), ("azimuth", (1.0, 2.0, 3.0)),
             ("body_angle", (1.0, 2.0)), ("sliding_direction", (1.0, 2.0)), ("sliding_heading", (1.0, 2.0)),
+            ("last_azimuth", (1.0, 2.0)),
         )
         for order in orders
     ]  # fmt: skip
@@ -237,6 +254,7 @@ def _of_time(scales: RigScales) -> list[Modulator]:
 def _of_blows(scales: RigScales) -> list[Modulator]:
     """What remembers the blows before: when the last was, how hard, where; how many there were."""
     times = [share * scales.flight_s for share in TIMES]
+    lifts = [share * scales.speed_m_per_s for share in LIFTS]
     # A blow that tosses the disk up, or sets it rocking, does so the longer the harder it was.
     by_blow = [time / scales.speed_m_per_s for time in times]
     hard = (Factor("last_approach"),)
@@ -250,6 +268,11 @@ def _of_blows(scales: RigScales) -> list[Modulator]:
         with_scale("with the last blow, for a time", ("since", "exponential", 1.0), times, hard),
         with_scale("until a time that goes with the last blow", ("since_by_blow", "below", 1.0), by_blow),
         with_scale("for a time that goes with the last blow", ("since_by_blow", "exponential", 1.0), by_blow),
+        since_struck(fixed("with the speed after the last blow", (Factor("last_left"),))),
+        since_struck(with_scale("that the speed after the last blow takes", ("last_left", "rational", 2.0), lifts)),
+        since_struck(
+            with_scale("that wears off as the disk turns after a blow", ("turned_since", "decay", 1.0), TURNS)
+        ),
         with_scale("that the blows wear off", ("blows", "exponential", 1.0), WEARS),
         with_scale(
             "near the last contact", ("from_contact", "exponential", 1.0), [s * scales.radius_m for s in REACHES]
