@@ -204,7 +204,8 @@ def _actions(ladder: Ladder, tests: NextTests | None, laws: Sequence[LawFound]) 
     if tests is not None and named is not None:
         said.append(f"{tests.words()} By hand: {test_by_hand(named)}")
     if ladder.structure:
-        left = ladder.structure[0]
+        stage = tests.stage if tests is not None else None
+        left = next((one for one in ladder.structure if one.stage == stage), ladder.structure[0])
         by_hand = unknown_test(left.stage, left.goes_with)
         if tests is not None and of_law:
             said.append(f"{tests.words()} By hand: {by_hand}")

@@ -98,3 +98,9 @@ def loaded(tmp_path_factory) -> Callable[..., tuple[dict[str, Any] | None, Serie
         return true if "+" in kind else true.get(kind), brought(series, folder, laws)
 
     return read
+
+
+@pytest.fixture(scope="session")
+def quiet(loaded) -> Ladder:
+    """The ladder of three runs without any cause."""
+    return run_ladder(loaded("none", 1.0, 41)[1], np.random.default_rng(0))

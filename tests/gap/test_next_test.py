@@ -12,7 +12,6 @@ import pytest
 from analysis.flights.equation.parameters import INDEX, LAW, LAW_TERMS
 from analysis.gap.cause import EACH_RUN, Cause, Structure
 from analysis.gap.diagnose import _actions
-from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound, Other
 from analysis.gap.next_test.choice import (
@@ -51,12 +50,6 @@ def found(*terms: Term, others: tuple[Term, ...] = (), told_apart: bool = False)
         Other(WrittenLaw((one,)), 0.9, told_apart, candidate_of(one), np.array([one.coefficient])) for one in others
     )
     return LawFound(law, law, {}, 1e-4, none, none, none, near)
-
-
-@pytest.fixture(scope="module")
-def quiet(loaded):
-    """The ladder of three runs without any cause."""
-    return run_ladder(loaded("none", 1.0, 41)[1], np.random.default_rng(0))
 
 
 @pytest.fixture

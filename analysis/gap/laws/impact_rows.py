@@ -179,11 +179,15 @@ def _rows(
 
 
 def distance_regression(
-    impacts: ImpactFit, fits: Sequence[FlightFits], law: WrittenLaw | None = None
+    impacts: ImpactFit,
+    fits: Sequence[FlightFits],
+    law: WrittenLaw | None = None,
+    scatter_m: float | None = None,
 ) -> ImpactRegression:
     """Contact distances; what the fitted wall and the disk's own centre are free in are nuisances.
 
-    ``law``: one that is known to act, whose part of the distances' scatter is none."""
+    ``law``: one that is known to act, whose part of the distances' scatter is none; ``scatter_m``: that scatter, where
+    it is known from elsewhere."""
     wall, at = impacts.wall, impacts.data.index
     residual_m, noise_m = wall.residual_m[at], wall.impacts.sd("gap")[at]
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
@@ -196,8 +200,7 @@ def distance_regression(
         every = np.column_stack([shapes, held])
         explained_m = every @ least_squares(every, residual_m, noise_m).coefficients
     left_m = residual_m - explained_m
-    scatter_m = np.sqrt(max(residual_sd(left_m) ** 2 - float(np.median(noise_m)) ** 2, DISTANCE_FLOOR_M**2))
-    sd = np.hypot(noise_m, scatter_m)
+    sd = np.hypot(noise_m, _distance_scatter(left_m, noise_m) if scatter_m is None else scatter_m)
     # Gross is what a law that is known to act leaves, not what it explains: that is cut then.
     if held is None:
         weight = np.minimum(1.0, GROSS_SD / np.maximum(np.abs(residual_m / sd), 1e-300))
@@ -210,6 +213,17 @@ def distance_regression(
         residual, nuisances, np.zeros(nuisances.shape[1]), np.arange(len(at)), impacts.data.run.astype(np.int64)
     )
     return ImpactRegression(problem, known, {"contact_radius": weight / sd}, on_cylinder)
+
+
+def usual_distance_scatter(impacts: ImpactFit) -> float:
+    """How far contact distances scatter from impact to impact (m) about the wall that was fitted, beyond the cameras'
+    noise."""
+    at = impacts.data.index
+    return _distance_scatter(impacts.wall.residual_m[at], impacts.wall.impacts.sd("gap")[at])
+
+
+def _distance_scatter(left_m: Array, noise_m: Array) -> float:
+    return float(np.sqrt(max(residual_sd(left_m) ** 2 - float(np.median(noise_m)) ** 2, DISTANCE_FLOOR_M**2)))
 
 
 def of_target(

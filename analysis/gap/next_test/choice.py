@@ -17,8 +17,8 @@ from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.next_test.effects import SIMULATED, effect_information, rival_of
-from analysis.gap.next_test.laws import OpenForm, law_information, open_form
-from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Rig, Setting, record, starts
+from analysis.gap.next_test.laws import STAGES, OpenForm, law_information, open_form
+from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Rig, Setting, acts, record, starts
 from analysis.gap.next_test.separation import Information, Separation, separation_of
 from ovines.core.effects import EFFECTS
 from ovines.core.laws.formula import as_text
@@ -39,6 +39,7 @@ LEAST_WRITTEN = 0.1
 class NextTests:
     """How well one recording of ``duration_s`` separates ``effect`` from ``rival``, per setting, best first; from
     ``starts`` beginnings.  ``law``: the file of the law whose formula ``effect`` is; None of a named effect.
+    ``stage`` of that law; ``acted``: whether the simulated rig had the effect or law in it.
     """
 
     effect: str
@@ -47,6 +48,8 @@ class NextTests:
     starts: int
     settings: tuple[Separation, ...]
     law: str | None = None
+    stage: str | None = None
+    acted: bool = True
 
     @property
     def today(self) -> Separation | None:
@@ -71,10 +74,9 @@ class NextTests:
             return (
                 f"No setting of the drive tells {both}: {most} standard deviations at most in {self.duration_s:.1f} s."
             )
-        nearest = "its nearest rival, " if self.law is None else ""
+        rival = ", its nearest rival," if self.law is None else ""
         separates = (
-            f"one recording of {self.duration_s:.1f} s tells {both}, {nearest}by {_with_error(shown)} standard "
-            "deviations"
+            f"one recording of {self.duration_s:.1f} s tells {both}{rival} by {_with_error(shown)} standard deviations"
         )
         if self.recommended == AS_RECORDED:
             return f"More recordings as these serve as well as any other setting ({self._how}): {separates}."
@@ -92,6 +94,8 @@ class NextTests:
 
     @property
     def _how(self) -> str:
+        if not self.acted:
+            return "simulated without the formula, which then moves the contacts found"
         return f"simulated with the {'size' if self.law is None else 'formula'} found"
 
     def entry(self) -> dict[str, object]:
@@ -156,13 +160,16 @@ def law_tests(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound],
     best = [settings[0].sd for settings in ranked]
     chosen = min(range(len(best)), key=lambda k: (best[k] < LEAST_SEPARATION, form.others[k].told_apart, best[k]))
     formula, other = as_text(form.law.law), as_text(form.others[chosen].law)
-    return NextTests(formula, other, duration_of(rig), count, ranked[chosen], f"law-{form.number}.toml")
+    file = f"law-{form.number}.toml"
+    return NextTests(
+        formula, other, duration_of(rig), count, ranked[chosen], file, form.law.law.stage, acts(form.law.rig_law)
+    )
 
 
 def rig_with_laws(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound]) -> Rig:
     """The rig with the ``laws`` found, its flights those that hold one."""
     flights = next((law.fitted[1] for law in laws if law.fitted is not None), ladder.flights.named)
-    found = tuple(law.rig_law for law in laws if law.law.stage in ("flight", "impact"))
+    found = tuple(law.rig_law for law in laws if law.law.stage in STAGES)
     return Rig(ladder, flights, _simulated(causes), found)
 
 
