@@ -194,10 +194,10 @@ def _ranked(
 
     def separations(setting: Setting) -> list[Separation]:
         try:
-            recorded = [record(rig, start, setting, duration_s) for start in begun]
+            judged = judge([record(rig, start, setting, duration_s) for start in begun])
         except ScenarioError:
             return []
-        return [Separation(setting.words, *separation_of(one, len(begun))) for one in judge(recorded)]
+        return [Separation(setting.words, *separation_of(one, len(begun))) for one in judged]
 
     driven = rig.like.host.omega_rad_per_s != 0
     settings = [one for one in SETTINGS if begun and (driven or one.launch is not None)]

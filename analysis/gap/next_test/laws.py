@@ -25,13 +25,15 @@ from analysis.gap.laws.impact_rows import (
 )
 from analysis.gap.laws.instead.wall import is_lasting
 from analysis.gap.laws.linear_law import Rows, number_columns
-from analysis.gap.next_test.recording import Recorded, Rig
+from analysis.gap.next_test.recording import Recorded, Rig, quantities_of
 from analysis.gap.next_test.separation import Information
 from analysis.gap.selection.flights.fit import prior_of
 from analysis.gap.selection.flights.model import run_places
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
 from analysis.gap.selection.impacts.fit import ImpactFit, fit_impacts
+from ovines.core.effects.written_laws import DRIVE_QUANTITIES
 from ovines.core.laws.terms import MOST_TERMS, Factor, Term
+from ovines.core.refusal import require
 
 Array = NDArray[np.float64]
 #: stages whose laws another excitation can tell apart
@@ -61,12 +63,17 @@ def open_form(laws: Sequence[LawFound]) -> OpenForm | None:
 
 
 def _of_whole_runs(law: LawFound) -> bool:
-    return any(factor.quantity == OF_A_WHOLE_RUN for term in law.rig_law.terms for factor in term.factors)
+    return OF_A_WHOLE_RUN in quantities_of(law.rig_law)
 
 
 def why_no_setting(left: Structure, laws: Sequence[LawFound], named: str | None) -> str:
-    """Why no setting of the drive is simulated for what is ``left``, a sentence; empty of what another setting could
-    not show at all.  ``named``: the effect that settings were simulated for."""
+    """Why no setting of the drive is simulated for what is ``left``, a sentence; empty where the test by hand says all
+    there is to do.  ``named``: the effect that settings were simulated for."""
+    if left.stage == "measurement" and any(law.law.stage == "measurement" and law.others for law in laws):
+        return (
+            "Another setting of the drive does not tell which of its formulas is right: cameras, markers and clocks "
+            "are tested on the bench."
+        )
     if left.stage not in STAGES or left.is_no_formula:
         return ""
     own = [law for law in laws if law.law.stage in STAGES]
@@ -83,7 +90,12 @@ def why_no_setting(left: Structure, laws: Sequence[LawFound], named: str | None)
 
 def law_information(rig: Rig, recorded: Sequence[Recorded], form: OpenForm) -> list[Information | None]:
     """What recordings say of a law where another formula may stand in its place, in any size and with any numbers
-    inside, by formula; None where that is nothing."""
+    inside, by formula; None where that is nothing.  `ScenarioError` of a law in step with the drive, and a Host at
+    rest."""
+    driven = all(one.host.omega_rad_per_s for one in recorded)
+    in_step = not quantities_of(form.law.rig_law).isdisjoint(DRIVE_QUANTITIES)
+    found = "a law in step with the drive, and a Host at rest"
+    require(driven or not in_step, found, "a Host that is driven", "take a setting with the drive")
     fits = [_fitted(rig, one) for one in recorded]
     fits = [one for one in fits if len(one.flights)]
     rows = _ROWS[form.law.law.stage](rig, fits, form.law) if fits else None

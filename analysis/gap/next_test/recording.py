@@ -21,9 +21,7 @@ from analysis.motion.host_path import HostMotion
 from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
 from ovines.core.effects import EFFECTS
-from ovines.core.effects.written_laws import DRIVE_QUANTITIES
 from ovines.core.laws.terms import WrittenLaw, rows_of
-from ovines.core.refusal import require
 
 Array = NDArray[np.float64]
 # Where the impacts are too few to give the contact law: what steel on steel usually shows.
@@ -59,10 +57,11 @@ SETTINGS = (
 def acts(law: WrittenLaw) -> bool:
     """Whether the simulator takes a law: of the wall, one of the azimuth alone.  What moves a wall in another way does
     so by parts of a millimetre, which hardly changes where it is met: its law is asked of the impacts without it."""
-    return law.stage != "geometry" or _quantities(law) == {"azimuth"}
+    return law.stage != "geometry" or quantities_of(law) == {"azimuth"}
 
 
-def _quantities(law: WrittenLaw) -> set[str]:
+def quantities_of(law: WrittenLaw) -> set[str]:
+    """What a law follows."""
     return {factor.quantity for term in law.terms for factor in term.factors}
 
 
@@ -156,12 +155,9 @@ def starts(flights: FlightFit, most: int) -> list[Start]:
 
 
 def record(rig: Rig, start: Start, setting: Setting, duration_s: float) -> Recorded:
-    """Simulated from the first state of a measured flight, in the Host's frame; `ScenarioError` of a law that says
-    nothing of this setting: one in step with a drive, of a Host at rest."""
+    """Simulated from the first state of a measured flight, in the Host's frame; `ScenarioError` of a law that the
+    simulator does not take in this setting: one in step with a drive, of a Host at rest."""
     fits = start.fits
-    in_step = any(_quantities(law) & set(DRIVE_QUANTITIES) for law in rig.laws)
-    found = "a law in step with the drive, and a Host at rest"
-    require(setting.launch is None or not in_step, found, "a Host that is driven", "take a setting with the drive")
     host, data = _host(fits.run.host, setting), fits.run
     start_s = float(fits.reference_s[start.flight])
     friction, coupling = (float(rig.flights.model.parameters[INDEX[n]]) for n in ("friction", "coupling"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -10,6 +11,7 @@ from matplotlib.figure import Figure
 
 from analysis.figures.style import BLUE, GREY, RED, label, new_figure
 from analysis.gap.diagnose import Diagnosis
+from analysis.gap.laws.found_law import LawFound
 from analysis.gap.next_test.choice import LEAST_SEPARATION, SETTLES
 from analysis.gap.next_test.recording import acts
 from analysis.gap.page.words import plain
@@ -33,17 +35,11 @@ def next_section(page: Page, diagnosis: Diagnosis) -> None:
         what = f"{plain(tests['effect'])} (found) and {plain(tests['rival'])} (its nearest rival)"
     else:
         what = f"the formula of {tests['law']}, {tests['effect']}, and the nearest other one, {tests['rival']},"
-    law = next((one for n, one in enumerate(diagnosis.laws, 1) if tests["law"] == f"law-{n}.toml"), None)
-    apart = ""
-    if law is not None and not acts(law.rig_law):
-        apart = (
-            "The simulated wall stands still in the Host and cannot follow this formula: it moves the contacts that "
-            "were simulated without it. "
-        )
     section.add_text(
         f"Which recording should come next? {what[0].upper()}{what[1:]} are the nearest explanations of these data. "
         f"The rig was simulated with what was found, in each setting, from {tests['starts']} measured "
-        f"beginnings of {tests['duration_s']:.1f} s. {apart}The bar says how far apart the two are then, as a multiple of "
+        f"beginnings of {tests['duration_s']:.1f} s. {_beside(tests, diagnosis.laws)}The bar says how far apart the "
+        "two are then, as a multiple of "
         f"what noise alone moves the answer. Below {LEAST_SEPARATION:g} they look alike. From {SETTLES:g} on one "
         "recording settles which it is: chance is as far off once in 370. Beside the rival everything else that is "
         "not known may take any size. The ± is how far other beginnings would lead."
@@ -70,6 +66,17 @@ def next_section(page: Page, diagnosis: Diagnosis) -> None:
     )
     if best < LEAST_SEPARATION:
         section.add_note("No setting that was simulated separates the two: they do the same to the disk.", "caution")
+
+
+def _beside(tests: dict[str, Any], laws: Sequence[LawFound]) -> str:
+    """What is said of a law that the simulated rig did not have in it."""
+    law = next((one for number, one in enumerate(laws, 1) if tests["law"] == f"law-{number}.toml"), None)
+    if law is None or acts(law.rig_law):
+        return ""
+    return (
+        "The simulated wall stands still in the Host and cannot follow this formula: it moves the contacts that were "
+        "simulated without it. "
+    )
 
 
 def _shown(separation_sd: float, standard_error: float | None) -> str:
