@@ -19,7 +19,7 @@ from analysis.contact.effect_rows import reported_effects
 from analysis.contact.given_impacts import given_law_data, part_of
 from analysis.contact.law import Law, LawData, fit_law, fit_restitution, predicted_tangential
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
-from analysis.gap.cause import Cause, Structure
+from analysis.gap.cause import NONE_TESTED, Cause, Structure
 from analysis.gap.estimates import value_of
 from analysis.gap.prediction.detectable import of_impacts
 from analysis.gap.prediction.probabilities import ABSENT, probability_of, probability_of_left
@@ -178,7 +178,7 @@ def _scatter(data: LawData, terms: Sequence[str], found: Sequence[Structure]) ->
     if found or scatter <= WIDE_SCATTER:
         return []
     chance = chance_of_misfit(len(data) * (scatter / USUAL_SCATTER) ** 2, len(data))
-    what = "none of the covariates tested (scatter from impact to impact)"
+    what = f"{NONE_TESTED} (scatter from impact to impact)"
     return [Structure("impact", "impact", "normal", what, scatter / USUAL_SCATTER, 0.0, scatter, "1", chance)]
 
 

@@ -104,7 +104,7 @@ def test_the_setting_that_meets_the_wall_most_says_most_of_its_shape(dented):
     slow = by_setting["the Host at rest and the disk launched at 0.5 m/s without spin"]
     assert by_setting[AS_RECORDED].sd > by_setting[SOFT].sd > slow.sd
     assert slow.sd < 0.1 and by_setting[AS_RECORDED].error < by_setting[AS_RECORDED].sd
-    assert (tests.law, tests.stage, tests.acted) == ("law-1.toml", "geometry", True)
+    assert tests.law == "law-1.toml" and tests.words().startswith("More recordings as these serve")
 
 
 @pytest.mark.parametrize("setting", [AS_RECORDED, SOFT])

@@ -25,12 +25,16 @@ def believed(law: LawFound, size: float, least: float) -> LawFound | None:
 
 def structure_of_law(law: LawFound, stage: str, coordinate: str, size: float, least: float) -> Structure:
     """What a law that nothing else asked for leaves to be told: it goes with what the law's first term follows."""
-    follows = [QUANTITIES[factor.quantity].told for factor in law.law.terms[0].factors]
     gain = float(np.sum(law.before - law.after))
     unit = "m" if stage == "geometry" else "1"
-    goes_with = " and ".join(f"the {one}" for one in follows) or "nothing: a constant"
     phase = "free flight" if stage == "flight" else "impact"
-    return Structure(stage, phase, coordinate, goes_with, size / least, gain, size, unit, law.p)
+    return Structure(stage, phase, coordinate, followed_by(law), size / least, gain, size, unit, law.p)
+
+
+def followed_by(law: LawFound) -> str:
+    """What the first term of a law follows, in words."""
+    follows = [QUANTITIES[factor.quantity].told for factor in law.law.terms[0].factors]
+    return " and ".join(f"the {one}" for one in follows) or "nothing: a constant"
 
 
 def structure_of_clock(law: LawFound, period_s: float) -> Structure:

@@ -18,7 +18,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.next_test.effects import SIMULATED, effect_information, rival_of
 from analysis.gap.next_test.laws import STAGES, OpenForm, law_information, open_form
-from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Rig, Setting, acts, record, starts
+from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Rig, Setting, record, starts
 from analysis.gap.next_test.separation import Information, Separation, separation_of
 from ovines.core.effects import EFFECTS
 from ovines.core.laws.formula import as_text
@@ -39,7 +39,6 @@ LEAST_WRITTEN = 0.1
 class NextTests:
     """How well one recording of ``duration_s`` separates ``effect`` from ``rival``, per setting, best first; from
     ``starts`` beginnings.  ``law``: the file of the law whose formula ``effect`` is; None of a named effect.
-    ``stage`` of that law; ``acted``: whether the simulated rig had the effect or law in it.
     """
 
     effect: str
@@ -48,8 +47,6 @@ class NextTests:
     starts: int
     settings: tuple[Separation, ...]
     law: str | None = None
-    stage: str | None = None
-    acted: bool = True
 
     @property
     def today(self) -> Separation | None:
@@ -94,8 +91,6 @@ class NextTests:
 
     @property
     def _how(self) -> str:
-        if not self.acted:
-            return "simulated without the formula, which then moves the contacts found"
         return f"simulated with the {'size' if self.law is None else 'formula'} found"
 
     def entry(self) -> dict[str, object]:
@@ -160,10 +155,17 @@ def law_tests(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound],
     best = [settings[0].sd for settings in ranked]
     chosen = min(range(len(best)), key=lambda k: (best[k] < LEAST_SEPARATION, form.others[k].told_apart, best[k]))
     formula, other = as_text(form.law.law), as_text(form.others[chosen].law)
-    file = f"law-{form.number}.toml"
-    return NextTests(
-        formula, other, duration_of(rig), count, ranked[chosen], file, form.law.law.stage, acts(form.law.rig_law)
-    )
+    return NextTests(formula, other, duration_of(rig), count, ranked[chosen], file_of(form.number))
+
+
+def file_of(number: int) -> str:
+    """The file of a series' law by its number, from 1."""
+    return f"law-{number}.toml"
+
+
+def law_in(file: str | None, laws: Sequence[LawFound]) -> LawFound | None:
+    """The law of a series that stands in a file; None where none does."""
+    return next((one for number, one in enumerate(laws, 1) if file_of(number) == file), None)
 
 
 def rig_with_laws(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound]) -> Rig:

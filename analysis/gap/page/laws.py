@@ -17,6 +17,7 @@ from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import lasts
 from analysis.gap.laws.regression.halves import Halves
+from analysis.gap.next_test.recording import acts
 from analysis.gap.page.figures.at_blows import blow_figure
 from analysis.gap.page.figures.changed_picture import boards_figure, changed_picture_figure
 from analysis.gap.page.tables import chance
@@ -75,6 +76,15 @@ def laws_section(page: Page, diagnosis: Diagnosis) -> None:
         _one(section, number, law, entry, diagnosis)
 
 
+def _read_by(law: LawFound, file: str) -> str:
+    """Which commands take a law."""
+    if law.law.stage == "measurement":
+        return f"ovines diagnose --law {file} holds it."
+    if not acts(law.rig_law):
+        return "no command holds it yet, for the model's wall stands still in the Host and its disk is round."
+    return f"ovines simulate reads it (laws in a scenario), ovines diagnose --law {file} holds it."
+
+
 def _one(section: Section, number: int, law: LawFound, entry: dict[str, object], diagnosis: Diagnosis) -> None:
     section.add_heading(f"Law {number}, of the {law.law.stage}")
     section.add_figure(f"law-{number}-formula", partial(formula_figure, law), as_text(law.law), as_text(law.law))
@@ -83,8 +93,7 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
     section.add_text(
         f"It closes {closes} ({low.removesuffix(' %')} to {high}, 90 %) of the squared error above the floor on runs "
         f"held out. By chance a formula of the dictionary does so well {chance(law.p)}. It stands in {entry['file']}: "
-        + ("" if law.law.stage == "measurement" else "ovines simulate reads it (laws in a scenario), ")
-        + f"ovines diagnose --law {entry['file']} holds it."
+        + _read_by(law, str(entry["file"]))
     )
     if law.halves is not None:
         section.add_text(by_halves(law.halves))

@@ -14,7 +14,7 @@ from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.contact.sliding import USUAL_FRICTION_SCATTER, friction_of_blows
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
-from analysis.gap.cause import EACH_BLOW, EACH_RUN, HELD_BY_MORE, SMALLEST_P, Cause, Structure
+from analysis.gap.cause import EACH_BLOW, EACH_RUN, HELD_BY_MORE, NONE_TESTED, SMALLEST_P, Cause, Structure
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_laws import rivals_of, select_laws
 from analysis.gap.selection.impacts.distance import distance_gains
@@ -262,7 +262,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
                 "impact",
                 "impact",
                 "normal",
-                "none of the covariates tested (scatter from impact to impact)",
+                f"{NONE_TESTED} (scatter from impact to impact)",
                 scatter / USUAL_SCATTER,
                 0.0,
                 scatter,
@@ -288,7 +288,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
                 "geometry",
                 "impact",
                 "radius",
-                "none of the covariates tested (scatter of the contact distance)",
+                f"{NONE_TESTED} (scatter of the contact distance)",
                 scatter_m / usual_m,
                 0.0,
                 scatter_m,
