@@ -6,6 +6,7 @@ makes in it, both fitted as measured ones."""
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,23 +15,30 @@ from analysis.blind.recording.files import write_run, write_series
 from analysis.blind.series import further_run, outline_series, run_outline
 from analysis.flights.equation.parameters import LAW
 from analysis.flights.fit import FlightFits, fit_flights
+from analysis.gap.cause import NONE_TESTED, Structure
+from analysis.gap.diagnose import _actions
+from analysis.gap.laws.belief import followed_by
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rows import distance_regression, usual_distance_scatter
 from analysis.gap.next_test.choice import LEAST_SEPARATION, STARTS, duration_of, next_tests, rig_with_laws
-from analysis.gap.next_test.laws import law_information, open_form
+from analysis.gap.next_test.laws import law_information, open_form, why_no_setting
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, acts, record, starts
 from analysis.gap.next_test.separation import separation_of
+from analysis.gap.page.laws import read_by
+from analysis.gap.page.next_test import next_section
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.flights.model import run_places
 from analysis.gap.selection.impacts.fit import Shape, fit_impacts
-from ovines.core.laws.terms import Factor, Term
+from analysis.report.page import Page
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.core.refusal import ScenarioError
 from ovines.pipeline.blind.closed_loop import WISHES
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from tests.gap.test_next_test import SOFT, found
 
+FOLLOWED = ("host_acceleration_along", "host_velocity_along")
 AT_REST = "the Host at rest and the disk launched at 2 m/s with 100 rad/s"
 
 
@@ -133,6 +141,21 @@ def test_what_is_promised_of_a_disk_that_is_not_round_is_what_the_plant_shows(qu
     assert 0.5 < shown / separation(quiet, law, setting, STARTS) < 2.0
 
 
+def test_a_wall_that_the_nominal_model_holds_is_simulated(quiet):
+    """A law in `[model]` is in the wall of every setting: in its dent the disk is met nearer by."""
+    law = WrittenLaw((replace(DENT, coefficient=-5e-4),))
+    rig = rig_with_laws(replace(quiet, series=replace(quiet.series, laws=(law,))), (), ())
+    (held,) = rig.acting
+    assert held == quiet.series.frame.law(law)
+    recorded = record(rig, starts(rig.flights, 1)[0], SETTINGS[0], duration_of(rig))
+    motion = recorded.result.motion
+    away = np.column_stack([motion[f"nes_{q}_m"] - motion[f"host_{q}_m"] for q in "xy"])
+    off_rad = np.angle(np.exp(1j * (np.arctan2(away[:, 1], away[:, 0]) - held.terms[0].factors[0].x)))
+    reach_m = rig.wall.outline.radius_m - np.hypot(*away.T)
+    in_dent = np.abs(off_rad) < 0.1
+    assert np.count_nonzero(in_dent) > 5 and reach_m[in_dent].min() > 4e-4 > reach_m.min()
+
+
 def test_a_ring_that_the_host_squeezes_needs_a_host_that_moves(quiet):
     """At rest its law does nothing; at half the level less than as recorded."""
     law = found(SQUEEZED, others=(radius(1e-4, Factor("approach")),))
@@ -173,3 +196,42 @@ def test_numbers_inside_the_other_formula_are_free(quiet):
     movable = Candidate("a dent", at, (0.38,), (0.15,), (False,))
     free = replace(placed, others=(replace(placed.others[0], candidate=movable),))
     assert separation(quiet, free) < 0.6 * separation(quiet, placed)
+
+
+def test_the_test_by_hand_names_what_the_law_follows(quiet, dented):
+    """Beside a law that was judged, not what a probe had seen of it; and where a probe has seen nothing, turning
+    things."""
+    law, tests, _ = dented
+    left = Structure("geometry", "impact", "radius", f"{NONE_TESTED} (scatter)", 3.0, 50.0, 1e-4, "m", 1e-5)
+    ladder = replace(quiet, structure=(left,))
+    (action,) = _actions(ladder, tests, (law,))
+    assert action.startswith(tests.words()) and f"goes with {followed_by(law)}" in action and NONE_TESTED not in action
+    (action,) = _actions(ladder, None, ())
+    assert "goes with nothing that was tested" in action and "Change that" not in action
+
+
+def test_formulas_of_cameras_and_markers_are_told_on_the_bench():
+    """A marker that goes with the Host's acceleration or its velocity."""
+    bent, other = (Term("host_marker", 1e-5, (Factor(name, x=0.2),), 2.0, 0.3) for name in FOLLOWED)
+    left = Structure("measurement", "all", "x", "marker H3, which moves", 3.0, 50.0, 1e-4, "m", 1e-5)
+    law = found(bent, others=(other,))
+    assert open_form([law]) is None
+    assert why_no_setting(left, [law], None).endswith("on the bench.")
+    assert why_no_setting(left, [found(bent)], None) == ""
+
+
+def test_the_page_says_of_which_formula_the_simulated_rig_knew_nothing(dented):
+    """Two formulas in a table; a bar without an error is explained, and so is a law that no command holds."""
+    law, tests, _ = dented
+    oval = found(radius(4e-5, Factor("body_angle", "cosine", 2.0)), others=(DENT,))
+    entry, shown = tests.entry(), {}
+    entry["settings"][1]["standard_error"] = None
+    for one in (law, oval):
+        page = Page("gap", "a page")
+        next_section(page, SimpleNamespace(summary={"next_tests": entry}, laws=(one,)))
+        (section,) = page.sections
+        shown[one] = " ".join(block.text for block in section.blocks)
+        assert section.blocks[1].rows == (("law-1.toml", entry["effect"]), ("the other", entry["rival"]))
+        assert "Without a ±" in shown[one]
+    assert "so this formula was not in it" in shown[oval] and "was not in it" not in shown[law]
+    assert "no command" in read_by(oval, "law-1.toml") and "ovines simulate" in read_by(law, "law-1.toml")

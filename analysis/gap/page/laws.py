@@ -76,7 +76,7 @@ def laws_section(page: Page, diagnosis: Diagnosis) -> None:
         _one(section, number, law, entry, diagnosis)
 
 
-def _read_by(law: LawFound, file: str) -> str:
+def read_by(law: LawFound, file: str) -> str:
     """Which commands take a law."""
     if law.law.stage == "measurement":
         return f"ovines diagnose --law {file} holds it."
@@ -93,7 +93,7 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
     section.add_text(
         f"It closes {closes} ({low.removesuffix(' %')} to {high}, 90 %) of the squared error above the floor on runs "
         f"held out. By chance a formula of the dictionary does so well {chance(law.p)}. It stands in {entry['file']}: "
-        + _read_by(law, str(entry["file"]))
+        + read_by(law, str(entry["file"]))
     )
     if law.halves is not None:
         section.add_text(by_halves(law.halves))
