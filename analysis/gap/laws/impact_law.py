@@ -123,7 +123,7 @@ def _with_its_sides(
     chosen with the sides that it gives them itself.
 
     An impact that would slide on the nominal wall may stick on its own; one that is taken for stuck and has slid, where
-    friction is less, looks like another return, and what is told of it would be a law of its own: sides are asked of
+    friction is less, looks like another return, and what is said of it would be a law of its own: sides are asked of
     the part that is friction's alone, too.  ``beside`` a law: the rows with its sides, of which to ``choose``, among
     some candidates or all; one of the same form is kept unless another says clearly more."""
     last = chosen[2]

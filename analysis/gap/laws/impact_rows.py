@@ -67,7 +67,7 @@ class ImpactRegression:
         return np.asarray(np.nan_to_num(self.columns(law.terms)).sum(1), float)
 
     def misfit_along(self, law: WrittenLaw) -> float:
-        """-2 log L of the impulses along the wall beside a law, its sds and weights told by what a spin that is added
+        """-2 log L of the impulses along the wall beside a law, its sds and weights from what a spin that is added
         would change; less a constant."""
         rows, count = self.problem, len(self.known)
         left = rows.residual - self.law_columns(law)

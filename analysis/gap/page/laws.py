@@ -208,7 +208,7 @@ def evidence_figure(found: Evidence) -> Figure:
     ):
         ax.errorbar(x, shown * values[order], shown * sd[order], fmt="o", ms=3.5, lw=1, color=colour, label=name)
     ax.plot(x, shown * found.law[order], color=BLACK, lw=1.2, label="the law")
-    meaning = QUANTITIES[found.name].told
+    meaning = QUANTITIES[found.name].in_words
     label(ax, f"{meaning} [{unit}]" if unit != "1" else meaning, missing, math=False)
     legend(ax)
     return figure

@@ -71,8 +71,8 @@ class Forms:
             whole = one.information.sum(0) - one.information[r]
             left = whole - _between(rest_cross, turn, one.at)
             own = one.information[r] - _between(turn, self.cross[r], one.at) - _between(own_cross, turn, one.at)
-            told = np.all(_diagonals(left) > LEAST_LEFT * _diagonals(whole), 1)
-            kin.append((told, _inverses(left), own))
+            determined = np.all(_diagonals(left) > LEAST_LEFT * _diagonals(whole), 1)
+            kin.append((determined, _inverses(left), own))
         return _HeldOut(inverse, turn, own_cross, tuple(kin))
 
 
@@ -190,9 +190,9 @@ def gains_by_chance(
 def _scores(problem: Regression, columns: Table, residual: Array) -> Array:
     """Scores (B, P + C) of each block."""
     parts = stretches(np.unique(problem.block, return_inverse=True)[1])
-    told = np.array([residual[rows] @ own for rows, own in zip(parts, in_doubles(columns, parts), strict=True)])
+    by_columns = np.array([residual[rows] @ own for rows, own in zip(parts, in_doubles(columns, parts), strict=True)])
     held = np.array([residual[rows] @ problem.nuisances[rows] for rows in parts])
-    return np.hstack([one.reshape(len(parts), -1) for one in (held, told)])
+    return np.hstack([one.reshape(len(parts), -1) for one in (held, by_columns)])
 
 
 def held_out_gains(forms: Forms, signs: Array, scores: Array | None = None) -> Array:
@@ -211,9 +211,9 @@ def gains_of_choice(forms: Forms, prices: Array) -> Array:
     for fold, pushed, own_score in _by_fold(forms, np.ones((1, len(forms.fold)))):
         foretold, explained = np.zeros((1, len(prices))), np.zeros(len(prices))
         _add_foretold(forms, fold, pushed, own_score, foretold)
-        for one, (told, inverses, _) in zip(forms.kin, fold.kin, strict=True):
+        for one, (determined, inverses, _) in zip(forms.kin, fold.kin, strict=True):
             score = pushed[0, one.at]
-            explained[one.number] = np.where(told, np.einsum("ga,gab,gb->g", score, inverses, score), 0.0)
+            explained[one.number] = np.where(determined, np.einsum("ga,gab,gb->g", score, inverses, score), 0.0)
         out.append(float(foretold[0, int(np.argmax(explained - prices))]))
     return np.array(out)
 
@@ -235,15 +235,15 @@ def _by_fold(forms: Forms, signs: Array, scores: Array | None = None) -> Iterato
 
 def _add_foretold(forms: Forms, fold: _HeldOut, pushed: Array, own_score: Array, gains: Array) -> None:
     """Add to ``gains`` (D, G) the fall of a fold's own sum of squares that the others foretell."""
-    for one, (told, inverses, own) in zip(forms.kin, fold.kin, strict=True):
-        _add_gains(one.number, one.at, told, inverses, own, pushed, own_score, np.empty(one.at.shape[1]), gains)
+    for one, (determined, inverses, own) in zip(forms.kin, fold.kin, strict=True):
+        _add_gains(one.number, one.at, determined, inverses, own, pushed, own_score, np.empty(one.at.shape[1]), gains)
 
 
 @compiled
 def _add_gains(
     number: NDArray[np.int64],
     at: NDArray[np.int64],
-    told: NDArray[np.bool_],
+    determined: NDArray[np.bool_],
     inverses: Array,
     own: Array,
     pushed: Array,
@@ -255,7 +255,7 @@ def _add_gains(
     size = at.shape[1]
     for d in range(pushed.shape[0]):
         for g in range(at.shape[0]):
-            if not told[g]:
+            if not determined[g]:
                 continue
             for b in range(size):
                 step[b] = 0.0
