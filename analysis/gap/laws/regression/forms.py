@@ -72,20 +72,28 @@ class Forms:
             left = whole - _between(rest_cross, turn, one.at)
             own = one.information[r] - _between(turn, self.cross[r], one.at) - _between(own_cross, turn, one.at)
             determined = np.all(_diagonals(left) > LEAST_LEFT * _diagonals(whole), 1)
-            kin.append((determined, _inverses(left), own))
+            kin.append(_Left(determined, _inverses(left), own))
         return _HeldOut(inverse, turn, own_cross, tuple(kin))
+
+
+class _Left(NamedTuple):
+    """Of groups of one size in one fold: which of them (G,) the others leave anything of, the inverses (G, S, S) of
+    that, and the fold's own products (G, S, S)."""
+
+    determined: NDArray[np.bool_]
+    inverses: Array
+    own: Array
 
 
 class _HeldOut(NamedTuple):
     """One fold predicted by the others: ``inverse`` (P, P) of their nuisances' normal equations, ``turn`` (P, C) what
-    nuisances take of each column, ``cross`` (P, C) of the fold's own once these follow the others' solution; of each
-    of the ``kin`` which groups (G,) anything is left of, the inverses (G, S, S) of that, and the fold's own products
-    (G, S, S)."""
+    nuisances take of each column, ``cross`` (P, C) of the fold's own once these follow the others' solution; what is
+    left of each of the ``kin``."""
 
     inverse: Array
     turn: Array
     cross: Array
-    kin: tuple[tuple[NDArray[np.bool_], Array, Array], ...]
+    kin: tuple[_Left, ...]
 
 
 def forms_of(
@@ -211,9 +219,10 @@ def gains_of_choice(forms: Forms, prices: Array) -> Array:
     for fold, pushed, own_score in _by_fold(forms, np.ones((1, len(forms.fold)))):
         foretold, explained = np.zeros((1, len(prices))), np.zeros(len(prices))
         _add_foretold(forms, fold, pushed, own_score, foretold)
-        for one, (determined, inverses, _) in zip(forms.kin, fold.kin, strict=True):
+        for one, left in zip(forms.kin, fold.kin, strict=True):
             score = pushed[0, one.at]
-            explained[one.number] = np.where(determined, np.einsum("ga,gab,gb->g", score, inverses, score), 0.0)
+            gain = np.einsum("ga,gab,gb->g", score, left.inverses, score)
+            explained[one.number] = np.where(left.determined, gain, 0.0)
         out.append(float(foretold[0, int(np.argmax(explained - prices))]))
     return np.array(out)
 
@@ -235,24 +244,22 @@ def _by_fold(forms: Forms, signs: Array, scores: Array | None = None) -> Iterato
 
 def _add_foretold(forms: Forms, fold: _HeldOut, pushed: Array, own_score: Array, gains: Array) -> None:
     """Add to ``gains`` (D, G) the fall of a fold's own sum of squares that the others foretell."""
-    for one, (determined, inverses, own) in zip(forms.kin, fold.kin, strict=True):
-        _add_gains(one.number, one.at, determined, inverses, own, pushed, own_score, np.empty(one.at.shape[1]), gains)
+    for one, left in zip(forms.kin, fold.kin, strict=True):
+        _add_gains(one.number, one.at, left, pushed, own_score, np.empty(one.at.shape[1]), gains)
 
 
 @compiled
 def _add_gains(
     number: NDArray[np.int64],
     at: NDArray[np.int64],
-    determined: NDArray[np.bool_],
-    inverses: Array,
-    own: Array,
+    left: _Left,
     pushed: Array,
     own_score: Array,
     step: Array,
     gains: Array,
 ) -> None:
     """Of groups of one size; ``step`` (S,) holds the coefficients of one."""
-    size = at.shape[1]
+    size, determined, inverses, own = at.shape[1], left.determined, left.inverses, left.own
     for d in range(pushed.shape[0]):
         for g in range(at.shape[0]):
             if not determined[g]:
