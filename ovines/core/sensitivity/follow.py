@@ -32,7 +32,7 @@ from ovines.core.sensitivity.columns import Q_AMPLITUDE, Q_FREQUENCY, Q_PHASE
 from ovines.core.sensitivity.host_slopes import host_tangents, response_slopes
 from ovines.core.sensitivity.strike import flow, hold_tangents, leave_event, slip_ends_tangents, strike_tangents
 from ovines.core.sensitivity.tangent_step import N_QUICK, Tangents, step_tangents
-from ovines.core.sensitivity.tangents import Columns
+from ovines.core.sensitivity.tangents import Columns, empty_room
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import PUSH, derivatives
 from ovines.core.system.host import ROTATION, decay, rows_of
@@ -266,13 +266,13 @@ def meet_wall(
 
 
 @making_arrays
-def follow(system: System, y: Floats, columns: Columns, begin: float, found: Found) -> tuple[int, float, int]:
-    """Run with tangents from ``begin`` to the last of ``found.times``; ``y`` and the tangents (12, m + 1) in place.
+def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found: Found) -> tuple[int, float, int]:
+    """Run with tangents ``s`` (12, m + 1) from ``begin`` to the last of ``found.times``; ``y`` and ``s`` in place.
 
     Returns how it ended (FOLLOWED, or why it cannot go on), the time, and the number of impacts.
     """
-    p, k, s = system.p, system.k, columns.s
-    m = columns.q.shape[1]
+    p, k, m = system.p, system.k, q.shape[1]
+    columns = Columns(s, q, empty_room(m))
     work, trial = np.zeros((P.N_WORK, P.N_STATE)), np.zeros(P.N_STATE)
     meeting = Meeting(np.zeros(P.N_STATE), np.zeros(P.N_IMPACT), np.zeros(m))
     tangents = Tangents(

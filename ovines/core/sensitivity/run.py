@@ -12,7 +12,7 @@ from ovines.core.packing import pack
 from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import names_for, refuse_unfollowed, tangents_of
 from ovines.core.sensitivity.follow import CORNERED, FOLLOWED, GRAZED, Found, follow
-from ovines.core.sensitivity.tangents import N_ROWS, Columns, empty_room
+from ovines.core.sensitivity.tangents import N_ROWS
 from ovines.core.simulate import sample_times
 from ovines.core.system import parameters as P
 from ovines.core.system.model import Scenario
@@ -123,7 +123,7 @@ def follow_packed(
         )
         y, s = packed.y.copy(), np.zeros((N_ROWS, m + 1))
         s[:, :m] = start
-        how, reached, count = follow(system, y, Columns(s, numbers, empty_room(m)), begin_s, found)
+        how, reached, count = follow(system, y, s, numbers, begin_s, found)
         if how != FOLLOWED:
             refuse_end(how, reached)
         if count <= rows:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ovines.core.compiled import Floats
+from ovines.core.compiled import Floats, making_arrays
 
 #: rows of a tangent of the state: the NES's six as in :mod:`ovines.core.state`, then the Host's in the same order
 HOST_X, HOST_Y, HOST_VX, HOST_VY, HOST_ANGLE, HOST_SPIN = range(6, 12)
@@ -46,6 +46,7 @@ class Columns(NamedTuple):
     room: Room
 
 
+@making_arrays
 def empty_room(m: int) -> Room:
     """For ``m`` columns."""
     return Room(
