@@ -96,7 +96,7 @@ def test_an_effect_of_any_stage_shows_in_the_table_as_in_the_share(stage):
 
 
 def test_a_model_that_is_worse_shrinks_by_less_than_nothing():
-    """A share is told as it is, below nothing and above all."""
+    """A share is shown as it is, below nothing and above all."""
     far = HowFar(
         {"flight": np.full(3, 20.0)},
         {"flight": np.full(3, 29.0)},
@@ -308,7 +308,7 @@ def test_words_and_units():
     )
 
 
-def test_every_symbol_of_a_law_is_told_in_plain_characters():
+def test_every_symbol_of_a_law_is_explained_in_plain_characters():
     """A direction and its length are two symbols in the table, and no command of LaTeX is left."""
     symbols = [_plain_symbol(one.symbol) for one in (*TARGETS.values(), *QUANTITIES.values())]
     assert not [one for one in symbols if "\\" in one or "{" in one]

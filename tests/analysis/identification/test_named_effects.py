@@ -98,8 +98,8 @@ def test_effects_on_the_restitution_fitted_and_held(effect):
     assert not held.sizes and abs(held.value - slow) < 3.5 * held.sd < 0.01
     beside = fit_effects(data, [effect, DIRECTION if effect != DIRECTION else DRIFT], {effect: SIZES[effect]})
     assert abs(beside.value - slow) < 4 * beside.sd
-    ((_, told),) = beside.sizes.items()
-    for name, (value, sd) in told.items():
+    ((_, sizes),) = beside.sizes.items()
+    for name, (value, sd) in sizes.items():
         assert name == "direction_rad" or abs(value) < 4 * sd, (name, value, sd)
 
 

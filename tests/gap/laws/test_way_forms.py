@@ -80,8 +80,8 @@ def _castor(known):
 
 def _hunting(known):
     """To and fro across the way, once in 33 mm."""
-    told = known[:, W.WAY_BEFORE] >= 0.0
-    wave = told * np.sin(2 * np.pi * (known[:, W.WAY] - known[:, W.WAY_BEFORE]) / 0.033)
+    met_before = known[:, W.WAY_BEFORE] >= 0.0
+    wave = met_before * np.sin(2 * np.pi * (known[:, W.WAY] - known[:, W.WAY_BEFORE]) / 0.033)
     return _force(2.0 * wave[:, None] * _left(_slip(known)[1]))
 
 
