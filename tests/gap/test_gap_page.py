@@ -235,7 +235,7 @@ def test_centre_that_the_model_refits_is_shown_against_the_layout(tilted):
     panel = impact_panels(replace(ladder, impacts=both), "wall_centre_offset")[0]
     added = panel.before - panel.after
     # Along the wall's normal, which a wall off its place turns against the azimuth from the Host's centre.
-    normal = (fitted.impacts.normal_rad - fitted.impacts.junctions.host[:, 3])[ladder.impacts.fitted.data.index]
+    normal = (fitted.impacts.normal_rad - fitted.impacts.junctions.host[:, 3])[ladder.impacts.fitted.data.at.index]
     assert np.allclose(added, 300 * np.cos(normal), atol=1e-6)
 
 

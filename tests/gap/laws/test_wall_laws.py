@@ -182,7 +182,7 @@ def test_a_wall_leans_as_its_law_has_it(loaded):
     law = WrittenLaw((Term("contact_radius", size * wall.outline.radius_m, (wave,)),))
     law_of_lobes = SimpleNamespace(rig_law=law)
     leaning = leaning_wall(law_of_lobes, plain, flights.fits)
-    both = np.intersect1d(leaning.data.index, lobed.data.index)
+    both = np.intersect1d(leaning.data.at.index, lobed.data.at.index)
     turned = leaning.wall.impacts.normal_rad[both] - plain.wall.impacts.normal_rad[both]
     expected = lobed.wall.impacts.normal_rad[both] - plain.wall.impacts.normal_rad[both]
     assert np.std(expected) > 0.01

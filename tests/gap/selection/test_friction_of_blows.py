@@ -10,7 +10,7 @@ import pytest
 
 from analysis.blind.series import make_series
 from analysis.checks.fit import check_fit
-from analysis.contact.law import LawData, fit_law, predicted_tangential, stick_impulse
+from analysis.contact.law import Circumstances, LawData, fit_law, predicted_tangential, stick_impulse
 from analysis.contact.sliding import friction_of_blows
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import ImpactSteps, unexplained_scatter
@@ -29,9 +29,9 @@ def impacts(seed: int, share: np.ndarray, held: float = 1.0) -> LawData:
     none, sd = np.zeros(COUNT), np.full(COUNT, 3e-4)
     data = LawData(
         before=before, after=0.7 * before, slip=before * rng.uniform(-2.0, 2.0, COUNT), normal_impulse=1.7 * before,
-        tangential_impulse=none, angular=none, normal_sd=sd, tangential_sd=sd, angular_sd=sd, spin=none,
-        run=np.arange(COUNT) % 4, time_s=none, azimuth_rad=none, host_angle_rad=none, drive_rad=none,
-        drive_start_rad=none, index=np.arange(COUNT), inertia_factor=0.5,
+        tangential_impulse=none, angular=none, normal_sd=sd, tangential_sd=sd, angular_sd=sd,
+        at=Circumstances(none, np.arange(COUNT) % 4, none, none, none, none, none, np.arange(COUNT)),
+        inertia_factor=0.5,
     )  # fmt: skip
     slides = predicted_tangential(data, FRICTION * share, REVERSAL)
     wanted = stick_impulse(data, REVERSAL)

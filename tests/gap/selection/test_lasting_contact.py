@@ -90,7 +90,7 @@ def test_a_run_s_impacts_are_predicted_by_the_law_of_the_others(ladder):
     """Along the wall, of contacts that last and of an instant: what one run's impulses are changes no prediction of its
     own, and those of the others."""
     fit = ladder[0].impacts.fitted
-    data, own = fit.data, fit.data.run == 0
+    data, own = fit.data, fit.data.at.run == 0
     more = replace(data, tangential_impulse=np.where(own, 1.5, 1.0) * data.tangential_impulse)
     for one in (fit, replace(fit, lasting=None)):
         both = [
