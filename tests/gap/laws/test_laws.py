@@ -119,12 +119,12 @@ def test_effects_that_are_added_are_named_and_without_them_their_laws_have_no_na
     found = diagnose(brought(made, folder), np.random.default_rng(0))
     assert (found.summary["verdict"], set(found.summary["effects"])) == ("effect", {SWIRL.name, SLIP.name})
     assert found.laws == () and found.summary["left"] == []
-    sizes = {cause.effect: next(iter(cause.parameters.values())) for cause in found.ladder.causes}
+    named_sizes = {cause.effect: next(iter(cause.parameters.values())) for cause in found.ladder.causes}
     for effect, size in (
         (SWIRL, true["unknown_swirl"]["swirl_per_s2"]),
         (SLIP, -true["unknown_slip_restitution"]["slip_restitution_s_per_m"]),
     ):
-        value, sd = sizes[effect.name]
+        value, sd = named_sizes[effect.name]
         assert abs(value - size) < 3 * sd < 0.6 * abs(size), effect.name
     gap = found.summary["gap"]
     assert gap["shrinkage"] > 0.99 and sum(one["shrinkage"] for one in gap["by_effect"].values()) > 0.99

@@ -104,7 +104,7 @@ DRAG = WrittenLaw((Term("along_sliding", -0.4, (Factor("sliding_speed"),)),))
 
 
 @pytest.mark.parametrize(
-    ("times_negligible", "closed", "halves", "left", "believed"),
+    ("times_negligible", "closed", "halves", "left", "counts"),
     [
         (3.0, 0.9, ALIKE, (), True),
         (0.9, 0.9, ALIKE, (), False),
@@ -117,7 +117,7 @@ DRAG = WrittenLaw((Term("along_sliding", -0.4, (Factor("sliding_speed"),)),))
     ],
 )
 def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there(
-    nick, monkeypatch, times_negligible, closed, halves, left, believed
+    nick, monkeypatch, times_negligible, closed, halves, left, counts
 ):
     """More than negligible, most of what is left, alike in both halves, the measurement and the Host without a doubt;
     where a probe has found something, what closes a tenth is reported."""
@@ -136,9 +136,9 @@ def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there
     monkeypatch.setattr(written_laws.FlightSearch, "of", lambda runs, fitted, rng: None)
     monkeypatch.setattr(written_laws, "find_flight_law", found)
     one, after = written_laws._flight_law(ladder, set(left), np.random.default_rng(0), frozenset())
-    assert (one is law) == believed
-    assert [s.stage for s in after.structure] == [*left, *(["flight"] if believed and not left else [])]
-    if believed and not left:
+    assert (one is law) == counts
+    assert [s.stage for s in after.structure] == [*left, *(["flight"] if counts and not left else [])]
+    if counts and not left:
         assert after.structure[0].goes_with == "the speed against the floor"
 
 
