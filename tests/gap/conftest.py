@@ -23,7 +23,7 @@ from analysis.gap.written_laws import write_laws
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
-pytest.register_assert_rewrite("tests.gap.blind.plant.rig")  # what it finds is told as in a test
+pytest.register_assert_rewrite("tests.gap.blind.plant.rig")  # what it finds is shown as in a test
 
 
 def laws_and_ladder(series: Series, withheld: frozenset[str] = frozenset()) -> tuple[tuple[LawFound, ...], Ladder]:

@@ -117,7 +117,7 @@ def test_a_law_of_the_impacts_is_separated_where_it_acts(quiet):
     assert by_setting["the Host at rest and the disk launched at 2 m/s without spin"] < 0.5 * by_setting[AS_RECORDED]
 
 
-def test_a_formula_that_holds_the_law_is_passed_over_for_one_that_can_be_told(quiet, drag, two_beginnings):
+def test_a_formula_that_holds_the_law_is_passed_over_for_one_that_can_be_told_apart(quiet, drag, two_beginnings):
     """Twice the same is no question for another setting; alone it stays the answer that no setting tells."""
     _, tests = drag
     both = found(SQUARE, others=(replace(SQUARE, coefficient=-0.04), LINEAR))

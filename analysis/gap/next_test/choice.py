@@ -146,8 +146,8 @@ def law_tests(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound],
     """Settings ranked by how well each separates a law from another formula; None where the simulator does not take
     it.
 
-    Of the formulas the one that is told from the law least where it can be: one that holds the law in it is as good in
-    every setting."""
+    Of the formulas, the one that the law is hardest to tell apart from where it can be: one that holds the law in it is
+    as good in every setting."""
     rig = rig_with_laws(ladder, causes, laws)
     ranked, count = _ranked(rig, lambda recorded: law_information(rig, recorded, form), len(form.others))
     if not ranked[0]:

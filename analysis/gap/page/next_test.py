@@ -20,7 +20,7 @@ from analysis.report.page import Page
 # Recordings above which a setting is no way to an answer.
 MOST_RECORDINGS = 20
 ROW_IN, LEFT_IN = 0.26, 3.95
-# Smaller separations are told by no digits: none of them is of use.
+# Smaller separations are shown without digits: none of them is of use.
 LEAST_SHOWN = 0.5
 
 

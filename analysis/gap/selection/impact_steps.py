@@ -214,7 +214,7 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -
     sd = float(np.hypot(np.sqrt(np.mean(np.diag(base.wall.covariance)[at])), lens))
     e = float(np.hypot(c, s))
     # Lobes are fitted in the Host; all directions are stated in the room.
-    turn = float(np.mean(base.data.host_angle_rad)) if gain.order else 0.0
+    turn = float(np.mean(base.data.at.host_angle_rad)) if gain.order else 0.0
     direction = (float(np.arctan2(s, c)) / order + turn, sd / order / max(e, 1e-9))
     parameters = (
         {"amplitude": (e, sd), "order": (float(order), 0.0), "direction_rad": direction}
