@@ -33,7 +33,7 @@ class Solved:
     factor: Array
 
     def covariance(self) -> Array:
-        """What is left to doubt, (P, P): it takes as long as the evidence does, and few ask for it."""
+        """The covariance of what is left unknown, (P, P): it takes as long as the evidence does, and few ask for it."""
         half = solve_triangular(self.factor, self.root.T, lower=True, check_finite=False)
         return np.asarray(half.T @ half)
 

@@ -132,7 +132,7 @@ def _with_sway(harmonics: np.ndarray, sway: tuple[float, float, float], phase_ra
     return np.vstack([harmonics, *([[axis, amplitude * c, omega, phase_rad, 0.0, 0.0, 0.0]] for axis, c in along)])
 
 
-def _rung(motion: Motion, draft: Draft, time_s: np.ndarray) -> np.ndarray:
+def _marker_swing(motion: Motion, draft: Draft, time_s: np.ndarray) -> np.ndarray:
     """What the Host's markers do beside the Host (n, 2): after each impact they swing along the wall's normal, by the
     impulse along it."""
     out = np.zeros((len(time_s), 2))
@@ -161,7 +161,7 @@ def _poses(motion: Motion, draft: Draft, time_s: np.ndarray) -> Poses:
     state = state_at(motion, time_s)
     host = host_at(motion, time_s)
     host[:, 3] += host_rise(host[:, 0], draft.plant.get("arc_per_m", 0.0))
-    host[:, :2] += _rung(motion, draft, time_s)
+    host[:, :2] += _marker_swing(motion, draft, time_s)
     angle = state[:, 4]
     x, y = draft.plant.get("mass_x_m", 0.0), draft.plant.get("mass_y_m", 0.0)
     middle = np.column_stack(

@@ -7,14 +7,14 @@ impulses then follow from both changes of the contact point's speed together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.contact.law import FEWEST_FOR_SPEED_FLOOR, OUTLIER_SHARE, SPEED_FLOOR_M_PER_S, LawData
+from analysis.contact.law import FEWEST_FOR_SPEED_FLOOR, SPEED_FLOOR_M_PER_S, Circumstances, LawData, joined
 from analysis.contact.wall_fit import SLOWEST_M_PER_S
 from ovines.recording_schema import Nes
 from ovines.robust import residual_sd
@@ -37,12 +37,7 @@ def given_law_data(tables: Sequence[pd.DataFrame], nes: Nes) -> LawData:
     for run, table in enumerate(tables):
         parts.append(_of_one(table, nes, run, first))
         first += len(table)
-    joined = {
-        one.name: np.concatenate([getattr(part, one.name) for part in parts])
-        for one in fields(LawData)
-        if isinstance(getattr(parts[0], one.name), np.ndarray)
-    }
-    data = LawData(**joined, inertia_factor=parts[0].inertia_factor, outliers=OUTLIER_SHARE)
+    data = joined(parts)
     # Where spins are known they must balance the impulses, whatever the law: what they do not is the speeds' error.
     known = data.angular_sd < UNKNOWN_M_PER_S
     floor = SPEED_FLOOR_M_PER_S
@@ -59,14 +54,7 @@ def given_law_data(tables: Sequence[pd.DataFrame], nes: Nes) -> LawData:
 
 def with_slip(data: LawData) -> LawData:
     """The impacts whose tangential speeds are known."""
-    return part_of(data, np.isfinite(data.tangential_impulse) & np.isfinite(data.slip))
-
-
-def part_of(data: LawData, chosen: NDArray[np.bool_]) -> LawData:
-    """Some of the impacts (K,)."""
-    whole: dict[str, Any] = {one.name: getattr(data, one.name) for one in fields(LawData)}
-    part: dict[str, Any] = {name: v[chosen] if isinstance(v, np.ndarray) else v for name, v in whole.items()}
-    return LawData(**part)
+    return data.part(np.isfinite(data.tangential_impulse) & np.isfinite(data.slip))
 
 
 def _of_one(table: pd.DataFrame, nes: Nes, run: int, first: int) -> LawData:
@@ -110,15 +98,17 @@ def _of_one(table: pd.DataFrame, nes: Nes, run: int, first: int) -> LawData:
         normal_sd=np.sqrt(after_sd**2 + 0.5 * before_sd**2),
         tangential_sd=along_sd,
         angular_sd=np.where(known, along_sd, UNKNOWN_M_PER_S),
-        spin=column("spin_before_rad_per_s", 0.0),
-        run=np.full(count, run),
-        time_s=column("time_s", np.arange(count) * UNTIMED_S),
-        azimuth_rad=column("azimuth_rad", 0.0),
-        host_angle_rad=none,
-        drive_rad=none,
-        drive_start_rad=none,
-        index=first + np.arange(count),
+        at=Circumstances(
+            spin=column("spin_before_rad_per_s", 0.0),
+            run=np.full(count, run),
+            time_s=column("time_s", np.arange(count) * UNTIMED_S),
+            azimuth_rad=column("azimuth_rad", 0.0),
+            host_angle_rad=none,
+            drive_rad=none,
+            drive_start_rad=none,
+            index=first + np.arange(count),
+        ),
         inertia_factor=inertia,
         levers=np.column_stack([normal, tangential]),
     )
-    return part_of(data, (before > SLOWEST_M_PER_S) & (after > 0) & (after < MOST_RESTITUTION * before))
+    return data.part((before > SLOWEST_M_PER_S) & (after > 0) & (after < MOST_RESTITUTION * before))

@@ -33,7 +33,9 @@ def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]
     added = {name: np.array([one[name] for one in each]) for name in OF_IMPACTS}
     q = data.inertia_factor
     radius_m = junctions.radius_m
-    turned = added["spin_kept"] * (radius_m * data.spin + data.tangential_impulse / q) + added["spin_added"] * radius_m
+    turned = (
+        added["spin_kept"] * (radius_m * data.at.spin + data.tangential_impulse / q) + added["spin_added"] * radius_m
+    )
     turned *= q / (1 + q)
     data = replace(
         data,
@@ -68,7 +70,7 @@ def added_by(rows: Array, known: Array | None) -> dict[str, float]:
 
 def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]) -> Array:
     """What laws know before each impact of ``data`` (K, KNOWN_SIZE)."""
-    at = data.index
+    at = data.at.index
     time_s = junctions.time_s[at]
     state, host, rate = junctions.state[at], junctions.host[at], junctions.host_rate[at]
     known = np.zeros((len(data), W.KNOWN_SIZE))
@@ -77,29 +79,31 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     known[:, W.X], known[:, W.Y] = state[:, 0], state[:, 1]
     known[:, W.HX], known[:, W.HY] = state[:, 0] - host[:, 0], state[:, 1] - host[:, 1]
     known[:, W.CONTACT_RADIUS] = np.hypot(known[:, W.HX], known[:, W.HY])
-    known[:, W.ANGLE], known[:, W.SPIN] = state[:, 2], data.spin
+    known[:, W.ANGLE], known[:, W.SPIN] = state[:, 2], data.at.spin
     starts = np.array([fit.run.start_s for fit in fits])
-    known[:, W.TIME] = time_s - starts[data.run]
-    known[:, W.RUN], known[:, W.PHASE] = data.run, data.drive_rad
-    known[:, W.CLOCK] = [fits[r].run.host.omega_rad_per_s * t for r, t in zip(data.run, known[:, W.TIME], strict=True)]
-    flights = [(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.run, junctions.flight[at], strict=True)]
+    known[:, W.TIME] = time_s - starts[data.at.run]
+    known[:, W.RUN], known[:, W.PHASE] = data.at.run, data.at.drive_rad
+    known[:, W.CLOCK] = [
+        fits[r].run.host.omega_rad_per_s * t for r, t in zip(data.at.run, known[:, W.TIME], strict=True)
+    ]
+    flights = [(fits[r].run, fits[r].flights, int(k)) for r, k in zip(data.at.run, junctions.flight[at], strict=True)]
     before = [impact_before(*one) for one in flights]
     last = [W.LAST_X, W.LAST_Y, W.LAST_APPROACH, W.LAST_ANGLE, W.LAST_SLIP, W.LAST_LEFT]
     known[:, last] = np.reshape([contact_before(*one)[: len(last)] for one in flights], (-1, len(last)))
     blows = np.reshape([blows_before(*one) for one in flights], (-1, 5, W.MOST_BLOWS))
-    known[:, W.BLOW_TIMES : W.BLOW_SPEEDS] = blows[:, 0] - starts[data.run, None]
+    known[:, W.BLOW_TIMES : W.BLOW_SPEEDS] = blows[:, 0] - starts[data.at.run, None]
     known[:, W.BLOW_SPEEDS : W.BLOW_WAYS] = blows[:, 1]
     known[:, W.BLOW_WAYS : W.BLOW_SIDES], known[:, W.BLOW_SIDES : W.BLOWS] = blows[:, 2], blows[:, 3]
     known[:, W.BLOW_SLIPS : W.START_ANGLE] = blows[:, 4]
-    known[:, W.START_ANGLE] = np.array([fit.run.start_rad for fit in fits])[data.run]
+    known[:, W.START_ANGLE] = np.array([fit.run.start_rad for fit in fits])[data.at.run]
     known[:, W.BLOWS] = [number_of_blows(own, k) for _, own, k in flights]
     for r, fit in enumerate(fits):
-        own = data.run == r
+        own = data.at.run == r
         known[np.ix_(own, [W.HOST_AX, W.HOST_AY])] = fit.run.host.at(time_s[own], 2)[:, :2]
     since = np.minimum(time_s - np.array(before), since_before(data))
     known[:, W.SINCE] = np.minimum(since, W.LONG_AGO_S)
     known[:, W.APPROACH], known[:, W.SLIP] = data.before, data.slip
-    known[:, W.SPIN_LEFT] = data.spin + data.tangential_impulse / (data.inertia_factor * junctions.radius_m)
+    known[:, W.SPIN_LEFT] = data.at.spin + data.tangential_impulse / (data.inertia_factor * junctions.radius_m)
     normal = _normals(data, state[:, 9:11] - state[:, 3:5])
     along = state[:, 3:5] - rate[:, :2]
     known[:, W.WALL_SPEED] = np.sum(rate[:, :2] * normal, 1)
@@ -118,8 +122,8 @@ def _normals(data: LawData, jump: Array) -> Array:
 
 def since_before(data: LawData) -> Array:
     """Time (s) since the impact before in the same run, as far as it was used; long for a run's first."""
-    order = np.lexsort((data.time_s, data.run))
+    order = np.lexsort((data.at.time_s, data.at.run))
     since = np.full(len(data), np.inf)
-    same = data.run[order][1:] == data.run[order][:-1]
-    since[order[1:][same]] = np.diff(data.time_s[order])[same]
+    same = data.at.run[order][1:] == data.at.run[order][:-1]
+    since[order[1:][same]] = np.diff(data.at.time_s[order])[same]
     return since

@@ -96,8 +96,8 @@ def fit_inertia(data: LawData, runs: int, radius_m: float) -> InertiaFit | None:
 def _beside(data: LawData, columns: Array, sd: Array, gain: float, radius_m: float) -> float:
     """What the ratio explains beside a torque of the blow itself, where that alone explains more: one that resists the
     spin, or follows the slip, or turns the disk one way, by how hard the blow is or always alike."""
-    spin, slip = np.sign(data.spin), np.sign(data.slip)
-    left = np.sign(radius_m * data.spin + data.tangential_impulse / data.inertia_factor)
+    spin, slip = np.sign(data.at.spin), np.sign(data.slip)
+    left = np.sign(radius_m * data.at.spin + data.tangential_impulse / data.inertia_factor)
     blow = data.normal_impulse
     out = gain
     for torque in (left * blow, left, spin * blow, spin, slip * blow, slip, blow):
@@ -110,8 +110,8 @@ def _beside(data: LawData, columns: Array, sd: Array, gain: float, radius_m: flo
 def _held_out(data: LawData, columns: Array, sd: Array, runs: int) -> Array:
     """Fall of the sum of squares (R,) of each run by the other runs' slope; single errors are cut."""
     out = np.zeros(runs)
-    for run in np.unique(data.run):
-        here = data.run == run
+    for run in np.unique(data.at.run):
+        here = data.at.run == run
         rest = ~here if np.count_nonzero(~here) >= FEWEST_IMPACTS else np.ones(len(data), bool)
         slope = regress(columns[rest], data.angular[rest], sd[rest])[1][0]
         before, after = (data.angular[here] - k * data.tangential_impulse[here] for k in (0.0, slope))

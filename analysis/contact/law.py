@@ -8,7 +8,8 @@ all parameters. (Thesis eqs 88-107; a heavy Host, M_H >> M_N.)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,9 +43,28 @@ STEP_FRICTION, STEP_COEFFICIENT, STEP_TANGENTIAL, STEP_LOG_SCATTER = 0.03, 0.02,
 
 
 @dataclass(frozen=True, eq=False)
+class Circumstances:
+    """What K impacts may go with: the spin before them (rad/s), their run, time (s) and azimuth, the Host's angle, the
+    drive's phase then and at the run's start (rad), and which of the measured impacts they are."""
+
+    spin: Array
+    run: NDArray[np.int64]
+    time_s: Array
+    azimuth_rad: Array
+    host_angle_rad: Array
+    drive_rad: Array
+    drive_start_rad: Array
+    index: NDArray[np.int64]
+
+    def part(self, chosen: NDArray[np.bool_]) -> Circumstances:
+        """Of some of the impacts (K,)."""
+        return Circumstances(**{name: values[chosen] for name, values in vars(self).items()})
+
+
+@dataclass(frozen=True, eq=False)
 class LawData:
     """The K usable impacts of a series: approach and leaving speeds, impulses per mass (m/s), sds, and what they may go
-    with.
+    with (``at``).
 
     ``normal_impulse`` = v_n + v_n' (>= 0); ``tangential_impulse`` of the centre, sign of -v_t for a stick or slide;
     ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.  ``outliers``: share of the
@@ -62,20 +82,24 @@ class LawData:
     normal_sd: Array
     tangential_sd: Array
     angular_sd: Array
-    spin: Array
-    run: NDArray[np.int64]
-    time_s: Array
-    azimuth_rad: Array
-    host_angle_rad: Array
-    drive_rad: Array
-    drive_start_rad: Array
-    index: NDArray[np.int64]
+    at: Circumstances
     inertia_factor: float
     outliers: float = OUTLIER_SHARE
     levers: Array | None = None
 
     def __len__(self) -> int:
         return len(self.before)
+
+    def part(self, chosen: NDArray[np.bool_]) -> LawData:
+        """Some of the impacts (K,)."""
+        own: dict[str, Any] = {
+            name: values[chosen] for name, values in vars(self).items() if isinstance(values, np.ndarray)
+        }
+        return replace(self, at=self.at.part(chosen), **own)
+
+    def from_starts(self, start_s: Array) -> LawData:
+        """With times that count from the starts (R,) of their runs, as laws count them."""
+        return replace(self, at=replace(self.at, time_s=self.at.time_s - start_s[self.at.run]))
 
     @property
     def by_laws(self) -> Array:
@@ -150,17 +174,30 @@ def law_data(
         normal_sd=np.sqrt(c[:, 1, 1] + 0.5 * c[:, 0, 0] + speed_floor_m_per_s**2),
         tangential_sd=sd(tangential),
         angular_sd=sd(angular),
-        spin=v[:, 4],
-        run=m.run[at],
-        time_s=v[:, 7],
-        azimuth_rad=impacts.azimuth_rad[at],
-        host_angle_rad=m.host[at, 3],
-        drive_rad=m.drive_rad[at],
-        drive_start_rad=m.drive_start_rad[at],
-        index=at,
+        at=Circumstances(
+            spin=v[:, 4],
+            run=m.run[at],
+            time_s=v[:, 7],
+            azimuth_rad=impacts.azimuth_rad[at],
+            host_angle_rad=m.host[at, 3],
+            drive_rad=m.drive_rad[at],
+            drive_start_rad=m.drive_start_rad[at],
+            index=at,
+        ),
         inertia_factor=inertia_factor,
         levers=levers,
     )
+
+
+def joined(parts: Sequence[LawData]) -> LawData:
+    """The impacts of all ``parts``, of one body."""
+    circumstances = Circumstances(**_one_after_another([part.at for part in parts]))
+    return replace(parts[0], at=circumstances, **_one_after_another(parts))
+
+
+def _one_after_another(records: Sequence[LawData | Circumstances]) -> dict[str, Any]:
+    arrays = [name for name, values in vars(records[0]).items() if isinstance(values, np.ndarray)]
+    return {name: np.concatenate([getattr(one, name) for one in records]) for name in arrays}
 
 
 def _rows(count: int, entries: dict[str, Array]) -> Array:

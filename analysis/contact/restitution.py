@@ -51,8 +51,8 @@ class Conditions(NamedTuple):
 def conditions(data: LawData) -> Conditions:
     """Those of measured impacts whose times count from the starts of their runs; times that are not known count as
     none."""
-    since_start_s = data.time_s if np.isfinite(data.time_s).all() else np.zeros(len(data))
-    return Conditions(data.before, data.azimuth_rad, since_start_s, data.run.astype(float))
+    since_start_s = data.at.time_s if np.isfinite(data.at.time_s).all() else np.zeros(len(data))
+    return Conditions(data.before, data.at.azimuth_rad, since_start_s, data.at.run.astype(float))
 
 
 def restitution_columns(at: Conditions, names: Sequence[str], scale: float) -> Array:

@@ -15,8 +15,10 @@ from analysis.gap.by_run import ByRun
 SMALLEST_P = 1e-12
 #: what a structure goes with that is different in each run, in no order
 EACH_RUN = "each run by itself"
+#: what one begins with that goes with nothing that was asked
+NONE_TESTED = "none of the covariates tested"
 #: what friction of the wall goes with that each blow has of its own, or that holds by more than it slips with
-EACH_BLOW = "none of the covariates tested (scatter of the wall's friction from impact to impact)"
+EACH_BLOW = f"{NONE_TESTED} (scatter of the wall's friction from impact to impact)"
 HELD_BY_MORE = "how far it would slip: where that is little, the wall holds by more than it slips with"
 #: what one begins with that bends the picture of a camera, in all frames alike
 IN_PICTURE = "the place in the picture of"

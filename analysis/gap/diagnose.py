@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.estimates import Estimates, estimated
 from analysis.gap.ladder import Ladder, run_ladder
+from analysis.gap.laws.belief import followed_by
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.next_test.choice import NextTests, next_tests
+from analysis.gap.next_test.choice import NextTests, law_in, next_tests
 from analysis.gap.next_test.laws import why_no_setting
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.detectable import Entry, detectable_sizes
@@ -197,18 +198,19 @@ def _where(ladder: Ladder, excess: Mapping[str, float]) -> list[dict[str, Any]]:
 
 def _actions(ladder: Ladder, tests: NextTests | None, laws: Sequence[LawFound]) -> tuple[str, ...]:
     """The next test of the strongest cause, of the one that settings were simulated for, and of what is left."""
-    said, of_law = list[str](), tests is not None and tests.law is not None
-    named = tests.effect if tests is not None and not of_law else None
+    said = list[str]()
+    named = tests.effect if tests is not None and tests.law is None else None
     if ladder.causes and ladder.causes[0].effect != named:
         said.append(test_by_hand(ladder.causes[0].effect))
     if tests is not None and named is not None:
         said.append(f"{tests.words()} By hand: {test_by_hand(named)}")
     if ladder.structure:
         left = ladder.structure[0]
-        by_hand = unknown_test(left.stage, left.goes_with)
-        if tests is not None and of_law:
-            said.append(f"{tests.words()} By hand: {by_hand}")
+        law = law_in(tests.law, laws) if tests is not None else None
+        if tests is not None and law is not None:
+            said.append(f"{tests.words()} By hand: {unknown_test(law.law.stage, followed_by(law))}")
         else:
+            by_hand = unknown_test(left.stage, left.goes_with)
             said.append(" ".join((by_hand, why_no_setting(left, laws, named))).strip())
     return tuple(said) or (NONE_TEST,)
 

@@ -16,10 +16,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.contact.effect_rows import reported_effects
-from analysis.contact.given_impacts import given_law_data, part_of
+from analysis.contact.given_impacts import given_law_data
 from analysis.contact.law import Law, LawData, fit_law, fit_restitution, predicted_tangential
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
-from analysis.gap.cause import Cause, Structure
+from analysis.gap.cause import NONE_TESTED, Cause, Structure
 from analysis.gap.estimates import value_of
 from analysis.gap.prediction.detectable import of_impacts
 from analysis.gap.prediction.probabilities import ABSENT, probability_of, probability_of_left
@@ -92,11 +92,11 @@ def _usable(tables: Sequence[pd.DataFrame], recordings: Sequence[Recording]) -> 
         )
     data = given_law_data(tables, nes)
     # No clock began with the run: times count from its first impact.
-    first = np.array([np.min(data.time_s[data.run == run], initial=np.inf) for run in range(len(tables))])
-    data = replace(data, time_s=data.time_s - first[data.run])
+    first = np.array([np.min(data.at.time_s[data.at.run == run], initial=np.inf) for run in range(len(tables))])
+    data = data.from_starts(first)
     known = np.isfinite(data.tangential_impulse)
     if known.any():  # a law is diagnosed as a whole
-        data = part_of(data, known)
+        data = data.part(known)
     if len(data) < FEWEST:
         raise InputError(
             f"{len(data)} usable impacts in {len(tables)} recordings",
@@ -178,7 +178,7 @@ def _scatter(data: LawData, terms: Sequence[str], found: Sequence[Structure]) ->
     if found or scatter <= WIDE_SCATTER:
         return []
     chance = chance_of_misfit(len(data) * (scatter / USUAL_SCATTER) ** 2, len(data))
-    what = "none of the covariates tested (scatter from impact to impact)"
+    what = f"{NONE_TESTED} (scatter from impact to impact)"
     return [Structure("impact", "impact", "normal", what, scatter / USUAL_SCATTER, 0.0, scatter, "1", chance)]
 
 
@@ -206,7 +206,7 @@ def _gap(
 ) -> dict[str, Any]:
     """Errors of the contact point's speed after impacts that were held out, and how far the effects close the gap."""
     data, model = fit.data, recording.model
-    folds = data.run if len(np.unique(data.run)) > 1 else np.arange(len(data)) % FOLDS
+    folds = data.at.run if len(np.unique(data.at.run)) > 1 else np.arange(len(data)) % FOLDS
     effect, plain = _errors(fit, terms, folds), _errors(fit, held, folds)
     scatter = float(fit_restitution(data, restitution_design(data, terms))[2])
     floor = np.sqrt(data.normal_sd**2 + (scatter * data.before) ** 2)
@@ -238,7 +238,7 @@ def _errors(fit: _Fit, terms: Sequence[str], folds: NDArray[np.int64]) -> Array:
     error = np.zeros((2, len(data)))
     for fold in np.unique(folds):
         here = folds == fold
-        c = fit_restitution(part_of(data, ~here), design[~here])[0]
+        c = fit_restitution(data.part(~here), design[~here])[0]
         error[0, here] = data.after[here] - design[here] @ c * data.before[here]
     if np.isfinite(fit.law.wall_friction):
         error[1] = data.tangential_impulse - predicted_tangential(

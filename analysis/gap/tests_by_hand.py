@@ -11,6 +11,7 @@ from analysis.gap.cause import (
     EXCHANGED,
     HELD_BY_MORE,
     IN_PICTURE,
+    NONE_TESTED,
     OWN_WAY,
     THAN_STATED,
 )
@@ -23,6 +24,14 @@ STATED_RADIUS = Words(
     "the wall is nearer or farther than recording.toml says",
     "Measure the wall's inner width and the disk's diameter with calipers, and write them into recording.toml.",
 )
+#: where something lies, by its stage
+PLACES = {
+    "measurement": "the measurement",
+    "flight": "free flight",
+    "impact": "the impacts",
+    "geometry": "the shape of wall or disk",
+    "drive": "the drive",
+}
 NONE_TEST = (
     "Nothing to separate. To see smaller effects: longer runs, a higher level (faster impacts), or launches with "
     "spin; the table of "
@@ -48,9 +57,9 @@ def unknown_test(stage: str, goes_with: str) -> str:
     """The next test where structure has no name: change what it goes with, keep the rest."""
     if goes_with == EACH_RUN:
         return (
-            f"The structure lies in the {stage}, and each run has its own, in no order. Note what is done between runs "
-            "(wiping, touching, taking apart, warming up). Record one setting twice with nothing done in between, then "
-            "twice with one of these: what makes the difference is its cause."
+            f"The structure lies in {PLACES[stage]}, and each run has its own, in no order. Note what is done between "
+            "runs (wiping, touching, taking apart, warming up). Record one setting twice with nothing done in between, "
+            "then twice with one of these: what makes the difference is its cause."
         )
     if goes_with.startswith(IN_PICTURE):
         until = (
@@ -105,8 +114,13 @@ def unknown_test(stage: str, goes_with: str) -> str:
             "edge on it. Calibrate on one that is true, and diagnose with that calibration: nothing of it is left "
             "then. Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
         )
+    if goes_with.startswith(NONE_TESTED):
+        return (
+            f"The structure lies in {PLACES[stage]} and goes with nothing that was tested. Turn Host, ring or disk by "
+            "90 degrees, one at a time, and repeat the diagnosis: what turns with one of them lies on it."
+        )
     return (
-        f"The structure lies in the {stage} and goes with {goes_with}. Change that alone in two recordings (twice as "
-        f"much, half as much; or turn "
-        "Host, ring or disk by 90 degrees) and repeat the diagnosis: what follows the change is its cause."
+        f"The structure lies in {PLACES[stage]} and goes with {goes_with}. Change that alone in two recordings (twice "
+        "as much, half as much; or turn Host, ring or disk by 90 degrees) and repeat the diagnosis: what follows the "
+        "change is its cause."
     )

@@ -105,7 +105,7 @@ class RigFit:
     def from_start(self, data: LawData) -> LawData:
         """``data`` with times that count from the starts of the runs, as laws count them."""
         starts = np.array([run.data.start_s for run in self.runs])
-        return replace(data, time_s=data.time_s - starts[data.run])
+        return data.from_starts(starts)
 
     @property
     def contacts_last(self) -> bool:
@@ -344,7 +344,7 @@ def refit_law(rig: RigFit, junctions: NDArray[np.bool_]) -> RigFit:
             break
         everyone = _law_data(rig.wall, used, rig.floor, first, rig.balance)
         still = used.copy()
-        still[everyone.index[~_follows(fitted, everyone)]] = False
+        still[everyone.at.index[~_follows(fitted, everyone)]] = False
         if np.array_equal(still, chosen):
             break
         chosen = still

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -67,7 +67,7 @@ def identify_impacts(tables: Sequence[pd.DataFrame], recordings: Sequence[Record
     identification["n_impacts"] = pd.array([count for _, _, count in rows], dtype="Int64")
     out, first = [], 0
     for table in tables:
-        here = (data.index >= first) & (data.index < first + len(table))
+        here = (data.at.index >= first) & (data.at.index < first + len(table))
         out.append(checked(_informed(table, data, here, first, friction, beta), "impacts"))
         first += len(table)
     left_out = first - len(data)
@@ -87,8 +87,10 @@ def _law(data: LawData, model: Nominal | None) -> tuple[list[tuple[str, Interval
         names = ("restitution", "wall_friction", "tangential_restitution")
         return [(name, OPEN, 0) for name in names], ["No impact could be used."], np.nan, np.nan
     # No clock began with the run: times count from its first impact.
-    first = np.array([np.min(data.time_s[data.run == run], initial=np.inf) for run in range(int(data.run.max()) + 1)])
-    from_start = replace(data, time_s=data.time_s - first[data.run])
+    first = np.array(
+        [np.min(data.at.time_s[data.at.run == run], initial=np.inf) for run in range(int(data.at.run.max()) + 1)]
+    )
+    from_start = data.from_starts(first)
     named = model.effects if model is not None else ()
     fit = restitution_fit(from_start, named, rig_sizes(stated_sizes(model), UNMOVED))
     if fit is None:
@@ -129,7 +131,7 @@ def _informed(
 ) -> pd.DataFrame:
     """The table with what each used impact tells of the law; what it brought of that itself is replaced."""
     out = table.copy()
-    at = data.index[here] - first
+    at = data.at.index[here] - first
     with np.errstate(divide="ignore", invalid="ignore"):
         values = {
             "restitution": data.after / data.before,

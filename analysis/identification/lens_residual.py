@@ -106,7 +106,7 @@ def restitution_sd(lens: LensResidual, impacts: Impacts, data: LawData, law: Law
     """sd of the restitution from the residual's terms, as far as the flights leave them open."""
     if lens.amplitude_m == 0.0 or len(data) == 0:
         return 0.0
-    state, normal = impacts.junctions.state[data.index], impacts.normal_rad[data.index]
+    state, normal = impacts.junctions.state[data.at.index], impacts.normal_rad[data.at.index]
     gradient = lens_gradient(0.5 * (state[:, :2] + state[:, 6:8]), contact_radius_m)
     speeds = [np.einsum("kpi,ki->kp", gradient, state[:, at : at + 2]) for at in (3, 9)]
     off = -speeds[1] - law.restitution * speeds[0]

@@ -122,7 +122,7 @@ def _pulled(rig: RigFit) -> dict[str, float]:
     if force is None or rig.law is None:
         return {}
     data = rig.data
-    before, after = force.before_m_per_s[data.index], force.after_m_per_s[data.index]
+    before, after = force.before_m_per_s[data.at.index], force.after_m_per_s[data.at.index]
     weight = data.normal_impulse**2
     own = {"restitution": abs(np.average(after / data.after - before / data.before, weights=weight))}
     slide = ~sticks(data, rig.law.wall_friction, rig.law.tangential_restitution)

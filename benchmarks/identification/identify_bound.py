@@ -52,7 +52,7 @@ def restitution_of(rig: RigFit, change: dict[str, float]) -> float:
         fits.append(fit_flights(fit.run, fit.flights, parameters, shared, fit, rig.floor.noise))
     junctions, first = intersect(fits), rig.runs[0].data
     seen = rig.wall.impacts.junctions
-    key = {(int(r), int(f)) for r, f in zip(seen.run[rig.data.index], seen.flight[rig.data.index], strict=True)}
+    key = {(int(r), int(f)) for r, f in zip(seen.run[rig.data.at.index], seen.flight[rig.data.at.index], strict=True)}
     used = np.array([(int(r), int(f)) in key for r, f in zip(junctions.run, junctions.flight, strict=True)])
     data = law_data(
         measure(junctions, rig.wall.wall), used, first.radius_m, first.inertia_factor, rig.balance.speed_floor_m_per_s

@@ -68,13 +68,13 @@ def stored(states: np.ndarray, packed: Packed, times_s: np.ndarray) -> dict[str,
     }
     host = y[P.HOST :]
     if p[P.INVERSE_HOST_MASS] > 0.0:
-        energies["host_kinetic_j"] = 0.5 * (host[2] ** 2 + host[3] ** 2) / p[P.INVERSE_HOST_MASS]
-        energies["host_spin_j"] = 0.5 * host[5] ** 2 / p[P.INVERSE_HOST_INERTIA]
+        energies["host_kinetic_j"] = 0.5 * (host[S.VX] ** 2 + host[S.VY] ** 2) / p[P.INVERSE_HOST_MASS]
+        energies["host_spin_j"] = 0.5 * host[S.SPIN] ** 2 / p[P.INVERSE_HOST_INERTIA]
     if k[P.HOST_KIND] == P.SPRUNG:
-        base = np.zeros((len(times_s), 9))
+        base = np.zeros((len(times_s), S.N_BASE))
         for row, time in zip(base, times_s, strict=True):
             base_motion_at(time, k, packed.drive, packed.table, row)
-        stretch = host[[0, 1, 4]].T - base[:, :3]
+        stretch = host[[S.X, S.Y, S.ANGLE]].T - base[:, : S.RATES]
         energies["spring_j"] = 0.5 * np.sum(p[P.STIFFNESS_X : P.STIFFNESS_R + 1] * stretch**2, axis=1)
     return energies
 

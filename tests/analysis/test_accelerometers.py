@@ -135,7 +135,7 @@ def test_a_record_without_a_clock_and_in_parquet_gives_the_same(tmp_path):
     assert np.allclose(again["gain"], first["gain"], rtol=1e-9, atol=0)
 
 
-def test_a_turned_sensor_and_another_runs_record_are_told(tmp_path):
+def test_a_turned_sensor_and_another_runs_record_are_reported(tmp_path):
     motion, record = write_run(tmp_path, started, np.random.default_rng(6))
     turned = record.assign(**{name: -record[name] for name in ("channel 2", "channel 3")})
     turned.to_csv(tmp_path / "record.csv", index=False)
@@ -150,7 +150,7 @@ def test_a_turned_sensor_and_another_runs_record_are_told(tmp_path):
     assert found.channels is None and "stands still" in found.notes[0]
 
 
-def test_a_sensor_beyond_its_range_is_told(tmp_path):
+def test_a_sensor_beyond_its_range_is_reported(tmp_path):
     _, record = write_run(tmp_path, steady, np.random.default_rng(8))
     record["channel 3"] = record["channel 3"].clip(upper=10.0)
     record.to_csv(tmp_path / "record.csv", index=False)

@@ -54,9 +54,9 @@ def test_noise_of_poses_is_that_of_bodies_fitted_to_noisy_markers(recording):
 def test_without_a_calibration_the_window_tells_the_scale(recording):
     noise, assumed = pose_noise(recording, None, 0.1, 5000.0)
     assert noise.nes_m[1] == pytest.approx(0.1 / 5000 / np.sqrt(2) / np.sqrt(5))
-    guessed, told = pose_noise(recording, None, 0.1, None)
+    guessed, notes = pose_noise(recording, None, 0.1, None)
     assert guessed.nes_m[1] == pytest.approx(noise.nes_m[1] * 5000 / (688 / 0.13))
-    assert len(told) == len(assumed) + 1 and "px/mm" in told[0]
+    assert len(notes) == len(assumed) + 1 and "px/mm" in notes[0]
 
 
 def test_larger_markers_are_seen_better():

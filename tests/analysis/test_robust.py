@@ -76,7 +76,7 @@ def test_without_gross_errors_it_is_least_squares():
     assert least_squares(design, values, sd, rounds=1).coefficients == pytest.approx(plain, rel=1e-9)
 
 
-def test_a_symmetric_inverse_is_that_of_what_is_told():
+def test_a_symmetric_inverse_leaves_out_what_is_not_determined():
     """Full, short of one direction, and nil."""
     rows = np.random.default_rng(1).normal(size=(30, 4))
     short = np.column_stack([rows, rows[:, 0] - rows[:, 1]])

@@ -2,7 +2,7 @@
 among them.
 
 One plant (a simulator apart from ours) and one run of the sample series, each spoiled in one way, through ``ovines
-identify``.  Of every principal parameter that is told and not named as not to be used, the truth lies within three of
+identify``.  Of every principal parameter that is given and not named as not to be used, the truth lies within three of
 its sds.
 """
 
@@ -277,10 +277,10 @@ def errors_sd(parameters: pd.DataFrame, truth: dict[str, float]) -> dict[str, fl
     for name in PRINCIPAL:
         if name not in parameters.index:
             continue
-        told = parameters.loc[name, ["value", "sd", "low", "high"]].astype(float)
-        if np.isfinite(told["value"]):
-            errors[name] = (told["value"] - truth[name]) / told["sd"]
-        elif told["low"] > truth[name] or told["high"] < truth[name]:
+        row = parameters.loc[name, ["value", "sd", "low", "high"]].astype(float)
+        if np.isfinite(row["value"]):
+            errors[name] = (row["value"] - truth[name]) / row["sd"]
+        elif row["low"] > truth[name] or row["high"] < truth[name]:
             errors[name] = np.inf
     return errors
 
@@ -302,11 +302,11 @@ def must_be(case: Any, found: Judged, truth: dict[str, float]) -> None:
 def test_spoiled_motion(case, tmp_path, capsys):
     run = case.make()
     write_series([run], tmp_path)
-    told = run.truth["parameters"]
+    truth = run.truth["parameters"]
     must_be(
         case,
         judged(tmp_path / "run-01", tmp_path / "out", capsys),
-        {name: told["friction" if name == "floor_friction" else name] for name in PRINCIPAL},
+        {name: truth["friction" if name == "floor_friction" else name] for name in PRINCIPAL},
     )
 
 
@@ -457,11 +457,11 @@ def test_runs_add_up():
 
 def test_runs_that_disagree():
     """Two runs whose restitutions lie ten sds apart cannot both be right, however good each is."""
-    told = [pd.DataFrame({"parameter": ["restitution"], "value": [value], "sd": [0.01]}) for value in (0.7, 0.8)]
-    checks = series_checks(["x", "y"], [table(a="holds")] * 2, told)
+    tables = [pd.DataFrame({"parameter": ["restitution"], "value": [value], "sd": [0.01]}) for value in (0.7, 0.8)]
+    checks = series_checks(["x", "y"], [table(a="holds")] * 2, tables)
     assert verdict(checks)[:2] == ("Doubtful", ["restitution"])
     assert "ovines diagnose" in verdict(checks)[2][0]
-    assert verdict(series_checks(["x", "y"], [table(a="holds")] * 2, told[:1] * 2))[0] == "Good"
+    assert verdict(series_checks(["x", "y"], [table(a="holds")] * 2, tables[:1] * 2))[0] == "Good"
 
 
 def test_the_terminal_says_a_series_answer_once(capsys, tmp_path):

@@ -27,7 +27,7 @@ def test_the_stamp_changes_with_any_compiled_file(tmp_path):
 
 
 def test_no_message_of_numbas_is_coloured_while_it_compiles():
-    """numba asks once, while it is loaded: whatever of ours loads it has told it by then."""
+    """numba asks once, while it is loaded: whatever of ours loads it has answered by then."""
     assert errors.termcolor().errmsg("words") == "words"
 
 

@@ -268,9 +268,9 @@ def test_section_bifurcation_and_basins_of_the_impact_oscillator():
         own = periodic_orbit(changed(OSCILLATOR, "drive_frequency_factor", value), LINE)
         assert states[:, 6] == pytest.approx(np.full(5, own.state[6]), abs=1e-8)
     xs, vs = np.linspace(-1.0, 0.5, 7), np.linspace(-1.0, 1.0, 4)
-    told = basins(OSCILLATOR, ("host_x_m", xs), ("host_vx_m_per_s", vs), 300, seen=LINE, near=1e-6)
-    assert np.array_equal(told.labels[0] < 0, xs > 0)
-    first = told.attractors[0]
+    regions = basins(OSCILLATOR, ("host_x_m", xs), ("host_vx_m_per_s", vs), 300, seen=LINE, near=1e-6)
+    assert np.array_equal(regions.labels[0] < 0, xs > 0)
+    first = regions.attractors[0]
     assert first.period == 1 and first.impacts == pytest.approx(1.0)
     assert first.states[0, [6, 8]] == pytest.approx(orbit.state[[6, 8]], abs=1e-4)
 

@@ -23,7 +23,7 @@ from analysis.gap.written_laws import write_laws
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
-pytest.register_assert_rewrite("tests.gap.blind.plant.rig")  # what it finds is told as in a test
+pytest.register_assert_rewrite("tests.gap.blind.plant.rig")  # what it finds is shown as in a test
 
 
 def laws_and_ladder(series: Series, withheld: frozenset[str] = frozenset()) -> tuple[tuple[LawFound, ...], Ladder]:
@@ -98,3 +98,9 @@ def loaded(tmp_path_factory) -> Callable[..., tuple[dict[str, Any] | None, Serie
         return true if "+" in kind else true.get(kind), brought(series, folder, laws)
 
     return read
+
+
+@pytest.fixture(scope="session")
+def quiet(loaded) -> Ladder:
+    """The ladder of three runs without any cause."""
+    return run_ladder(loaded("none", 1.0, 41)[1], np.random.default_rng(0))

@@ -47,15 +47,17 @@ def test_three_commands_write_the_same_numbers_and_all_pages(
     model = tmp_path / "model.toml"
     assert main(["diagnose", str(folder), "--out", str(gap), "--write-model", str(model), "--quiet"]) == 0
     assert "Candidates" in (gap / "gap.html").read_text() and "Parameters" in (out / "report.html").read_text()
-    told = json.loads((gap / "diagnosis.json").read_text())
+    diagnosis = json.loads((gap / "diagnosis.json").read_text())
     table = read_table(out / "identification.parquet", "identification").set_index("parameter")
-    assert (told["verdict"], told["effects"], told["left"]) == ("effect", [effect], [])
+    assert (diagnosis["verdict"], diagnosis["effects"], diagnosis["left"]) == ("effect", [effect], [])
     written = tomllib.loads(model.read_text())["model"]
     for name in NOMINAL:
-        off = told["nominal"][name]["with_effect"] - table.loc[name, "value"]
+        off = diagnosis["nominal"][name]["with_effect"] - table.loc[name, "value"]
         assert abs(off) < MOST_SD * table.loc[name, "sd"], name
-        assert name not in written or written[name] == pytest.approx(told["nominal"][name]["with_effect"], rel=1e-5)
-    sizes = {name: one["value"] for name, one in told["parameters"][effect].items()}
+        assert name not in written or written[name] == pytest.approx(
+            diagnosis["nominal"][name]["with_effect"], rel=1e-5
+        )
+    sizes = {name: one["value"] for name, one in diagnosis["parameters"][effect].items()}
     pairs = dict(zip(rows, _fitted_along(effect, sizes), strict=True))
     for row, value in pairs.items():
         assert abs(value - table.loc[row, "value"]) < MOST_SD * table.loc[row, "sd"], row
@@ -66,7 +68,7 @@ def test_three_commands_write_the_same_numbers_and_all_pages(
         for name in ("restitution", "wall_friction", "tangential_restitution", "floor_friction"):
             assert f"{value[name]:.3f}" in page, name
         assert "Why the two methods differ here" in (own / "report.html").read_text()
-        # What the model lacks is fitted along and told, not simulated: flights of a few hundredths of a second miss it.
+        # What the model lacks is fitted and reported, not simulated: flights of a few hundredths of a second miss it.
         ahead = read_table(own / "flights_ahead.parquet", "flights_ahead")
         assert len(ahead) > flights and ahead["rms_m"].median() < 2e-4
 
@@ -123,9 +125,9 @@ def _on_springs(folder: Path, mass_kg: float, runs: int) -> None:
         (run / "recording.toml").write_text(RECORDING)
 
 
-def test_a_sprung_host_is_followed_as_measured_and_told_as_one_that_gives_way(tmp_path):
+def test_a_sprung_host_is_followed_as_measured_and_reported_as_one_that_gives_way(tmp_path):
     """No cause is named but the Host's giving way, with its true mass.  Its velocity steps at an impact, its path does
-    not: restitution is told of the mean of both (docs/identification.md, which also says what is not told)."""
+    not: restitution is that of the mean of both (docs/identification.md, which also says what is left out)."""
     mass_kg = 1.0
     _on_springs(tmp_path / "series", mass_kg, 2)
     series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
@@ -135,8 +137,8 @@ def test_a_sprung_host_is_followed_as_measured_and_told_as_one_that_gives_way(tm
     motions = [pd.read_parquet(one.folder / "motion.parquet") for one in series.recordings]
     table = identify_series(motions, series.recordings)[0].set_index("parameter")["value"]
     step = (1 + RESTITUTION) * DISK_KG / (DISK_KG + mass_kg)
-    told = (RESTITUTION - step / 2) / (1 - step / 2)
-    assert table["restitution"] == pytest.approx(told, abs=1e-3)
+    expected = (RESTITUTION - step / 2) / (1 - step / 2)
+    assert table["restitution"] == pytest.approx(expected, abs=1e-3)
     assert table["floor_friction"] == pytest.approx(0.1, abs=5e-4)
     assert table["wall_friction"] == pytest.approx(0.13, abs=5e-4)
     assert table["contact_radius_m"] == pytest.approx(RADIUS_M - 0.01, abs=6e-5)

@@ -96,7 +96,7 @@ def test_an_effect_of_any_stage_shows_in_the_table_as_in_the_share(stage):
 
 
 def test_a_model_that_is_worse_shrinks_by_less_than_nothing():
-    """A share is told as it is, below nothing and above all."""
+    """A share is shown as it is, below nothing and above all."""
     far = HowFar(
         {"flight": np.full(3, 20.0)},
         {"flight": np.full(3, 29.0)},
@@ -235,7 +235,7 @@ def test_centre_that_the_model_refits_is_shown_against_the_layout(tilted):
     panel = impact_panels(replace(ladder, impacts=both), "wall_centre_offset")[0]
     added = panel.before - panel.after
     # Along the wall's normal, which a wall off its place turns against the azimuth from the Host's centre.
-    normal = (fitted.impacts.normal_rad - fitted.impacts.junctions.host[:, 3])[ladder.impacts.fitted.data.index]
+    normal = (fitted.impacts.normal_rad - fitted.impacts.junctions.host[:, 3])[ladder.impacts.fitted.data.at.index]
     assert np.allclose(added, 300 * np.cos(normal), atol=1e-6)
 
 
@@ -308,7 +308,7 @@ def test_words_and_units():
     )
 
 
-def test_every_symbol_of_a_law_is_told_in_plain_characters():
+def test_every_symbol_of_a_law_is_explained_in_plain_characters():
     """A direction and its length are two symbols in the table, and no command of LaTeX is left."""
     symbols = [_plain_symbol(one.symbol) for one in (*TARGETS.values(), *QUANTITIES.values())]
     assert not [one for one in symbols if "\\" in one or "{" in one]

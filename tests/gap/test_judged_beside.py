@@ -25,8 +25,8 @@ def test_both_say_the_same_and_nothing_is_begun_where_something_is_left(loaded, 
         beside = judged()
     here = _judged(ladder, (), np.random.default_rng(1))
     assert beside is not None and beside.gap == here.gap and beside.seen == here.seen
-    told, again = ([(one.effect, one.parameters) for one in judged.causes] for judged in (beside, here))
-    assert told == again and beside.detectable == here.detectable
+    causes, again = ([(one.effect, one.parameters) for one in judged.causes] for judged in (beside, here))
+    assert causes == again and beside.detectable == here.detectable
     assert beside.predictions.equals(here.predictions)
     left = Structure("flight", "free flight", "x", "something", 2.0, 100.0, 0.1, "m/s^2", 1e-6)
     with _judged_beside(replace(ladder, structure=(left,)), np.random.default_rng(1)) as judged:

@@ -12,7 +12,6 @@ import pytest
 from analysis.flights.equation.parameters import INDEX, LAW, LAW_TERMS
 from analysis.gap.cause import EACH_RUN, Cause, Structure
 from analysis.gap.diagnose import _actions
-from analysis.gap.ladder import run_ladder
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.found_law import LawFound, Other
 from analysis.gap.next_test.choice import (
@@ -51,12 +50,6 @@ def found(*terms: Term, others: tuple[Term, ...] = (), told_apart: bool = False)
         Other(WrittenLaw((one,)), 0.9, told_apart, candidate_of(one), np.array([one.coefficient])) for one in others
     )
     return LawFound(law, law, {}, 1e-4, none, none, none, near)
-
-
-@pytest.fixture(scope="module")
-def quiet(loaded):
-    """The ladder of three runs without any cause."""
-    return run_ladder(loaded("none", 1.0, 41)[1], np.random.default_rng(0))
 
 
 @pytest.fixture
@@ -124,7 +117,7 @@ def test_a_law_of_the_impacts_is_separated_where_it_acts(quiet):
     assert by_setting["the Host at rest and the disk launched at 2 m/s without spin"] < 0.5 * by_setting[AS_RECORDED]
 
 
-def test_a_formula_that_holds_the_law_is_passed_over_for_one_that_can_be_told(quiet, drag, two_beginnings):
+def test_a_formula_that_holds_the_law_is_passed_over_for_one_that_can_be_told_apart(quiet, drag, two_beginnings):
     """Twice the same is no question for another setting; alone it stays the answer that no setting tells."""
     _, tests = drag
     both = found(SQUARE, others=(replace(SQUARE, coefficient=-0.04), LINEAR))

@@ -44,21 +44,21 @@ def stating(recordings: Sequence[Recording], model: Nominal) -> list[Recording]:
 
 @pytest.fixture(scope="module")
 def diagnosed(tmp_path_factory) -> tuple[Series, Ladder, Estimates, Nominal, dict]:
-    """A series of three causes, its ladder with the sizes told, all estimates, and the model that the diagnosis
+    """A series of three causes, its ladder with the sizes found, all estimates, and the model that the diagnosis
     writes."""
     folder = tmp_path_factory.mktemp("three")
     made = make_series("+".join(CAUSES), 1.0, np.random.default_rng(21), runs=2, noise="white")
     series = brought(made, folder / "series")
     estimates, ladder = estimated(run_ladder(series, np.random.default_rng(0)), [])
     parameters = {c.effect: ladder.series.frame.world_parameters(c.effect, c.parameters) for c in ladder.causes}
-    told = {effect: {n: {"value": value} for n, (value, _) in one.items()} for effect, one in parameters.items()}
-    summary = {"verdict": "effect", "effects": [c.effect for c in ladder.causes], "parameters": told}
+    sizes = {effect: {n: {"value": value} for n, (value, _) in one.items()} for effect, one in parameters.items()}
+    summary = {"verdict": "effect", "effects": [c.effect for c in ladder.causes], "parameters": sizes}
     text = model_section(summary, series.recordings[0].model, model_values(ladder, estimates))
     given = tomllib.loads(text)["model"]
     return series, ladder, estimates, Nominal(**{**given, "effects": tuple(given["effects"])}), made.truth
 
 
-def test_sizes_told_are_those_of_identification_with_the_same_names(diagnosed):
+def test_sizes_reported_are_those_of_identification_with_the_same_names(diagnosed):
     series, ladder, estimates, written, truth = diagnosed
     assert {c.effect for c in ladder.causes} == set(CAUSES)
     named = written.model_copy(update={"effect_parameters": {}})
@@ -66,8 +66,8 @@ def test_sizes_told_are_those_of_identification_with_the_same_names(diagnosed):
     pd.testing.assert_frame_equal(table, estimates.with_effect.table, check_exact=False, rtol=1e-6, atol=1e-9)
     sizes = reported_effects(table, CAUSES)
     for cause in ladder.causes:
-        told = ladder.series.frame.world_parameters(cause.effect, cause.parameters)
-        for name, (value, sd) in told.items():
+        in_world = ladder.series.frame.world_parameters(cause.effect, cause.parameters)
+        for name, (value, sd) in in_world.items():
             if name == "order":
                 assert value == truth["parameters"][cause.effect][name]
                 continue
@@ -80,20 +80,20 @@ def test_sizes_told_are_those_of_identification_with_the_same_names(diagnosed):
             assert abs(value - true) < 3.5 * sd < 0.4 * abs(true), (cause.effect, name, value, sd, true)
 
 
-def test_the_written_model_identifies_to_what_the_diagnosis_told(diagnosed):
+def test_the_written_model_identifies_to_what_the_diagnosis_found(diagnosed):
     series, _, estimates, written, _ = diagnosed
     table, _ = identify_series(world_motions(series), stating(series.recordings, written))
-    held, told = (one.set_index("parameter") for one in (table, estimates.with_effect.table))
-    both = [name for name in held.index if name in told.index]
+    held, diagnosed_table = (one.set_index("parameter") for one in (table, estimates.with_effect.table))
+    both = [name for name in held.index if name in diagnosed_table.index]
     assert {"restitution", "wall_friction", "floor_friction", "wall_lobe_amplitude", "contact_radius_m"} <= set(both)
     for name in both:
-        off = held.loc[name, "value"] - told.loc[name, "value"]
-        assert abs(off) <= MOST_SD * told.loc[name, "sd"], (name, off, told.loc[name, "sd"])
-    # What is held is not told again.
+        off = held.loc[name, "value"] - diagnosed_table.loc[name, "value"]
+        assert abs(off) <= MOST_SD * diagnosed_table.loc[name, "sd"], (name, off, diagnosed_table.loc[name, "sd"])
+    # What is held is not estimated again.
     assert not {"viscous_drag_per_s", "restitution_fast", "restitution_speed_scale_m_per_s"} & set(held.index)
     for name in ("restitution", "wall_friction", "tangential_restitution", "floor_friction"):
-        assert getattr(written, name) == pytest.approx(told.loc[name, "value"], rel=1e-5)
-        assert estimates.nominal(written)[name]["with_effect"] == told.loc[name, "value"]
+        assert getattr(written, name) == pytest.approx(diagnosed_table.loc[name, "value"], rel=1e-5)
+        assert estimates.nominal(written)[name]["with_effect"] == diagnosed_table.loc[name, "value"]
 
 
 def test_a_comparison_simulates_what_was_identified(diagnosed):
@@ -103,14 +103,14 @@ def test_a_comparison_simulates_what_was_identified(diagnosed):
     scenario = nominal_scenario(estimates.with_effect.table, recording, host_motion_of(motion, recording), 0.5)
     assert set(scenario.effects) == set(CAUSES)
     for cause in ladder.causes:
-        told = ladder.series.frame.world_parameters(cause.effect, cause.parameters)
-        assert scenario.effects[cause.effect] == pytest.approx({n: v for n, (v, _) in told.items()}, rel=1e-9)
+        in_world = ladder.series.frame.world_parameters(cause.effect, cause.parameters)
+        assert scenario.effects[cause.effect] == pytest.approx({n: v for n, (v, _) in in_world.items()}, rel=1e-9)
     assert scenario.impact.restitution == pytest.approx(written.restitution, rel=1e-5)
 
 
-def test_what_was_missing_first_is_told_beside_what_came_later(loaded):
-    """The coupling of a friction that knows no spin in the model, under a drag: told as it was found, without the drag,
-    it was a twentieth off, and judged so it was not found under a strong one."""
+def test_what_was_missing_first_is_reported_beside_what_came_later(loaded):
+    """The coupling of a friction that knows no spin in the model, under a drag: reported as it was found, without the
+    drag, it was a twentieth off, and judged so it was not found under a strong one."""
     coupling = 0.4
     _, series = loaded("spin_coupling+viscous_drag", (coupling, 1.0), 38, runs=3)
     steps = select_flight_effects(series, ["floor_friction"], frozenset(), False, np.random.default_rng(0))

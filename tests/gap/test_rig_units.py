@@ -1,4 +1,4 @@
-"""Sizes that count are told in the rig's own units, and what is given a probability follows what the runs agree on."""
+"""Sizes that count are given in the rig's own units, and what is given a probability follows what the runs agree on."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def test_an_inertia_is_judged_by_flights_that_hold_the_drag(shared, tmp_path):
     runs = read_series(shared / "practice" / "practice-25")[:4]
     ladder = run_ladder(load_series(runs, tmp_path / "results")[0], np.random.default_rng(0))
     assert (verdict_of(ladder), [cause.effect for cause in ladder.causes]) == ("effect", ["air_drag"])
-    told = probabilities(ladder, ladder.causes, detectable_sizes(ladder), seen=1.0)
-    assert told["inertia_error"] < 0.05 and told["viscous_drag"] < 0.05
+    probable = probabilities(ladder, ladder.causes, detectable_sizes(ladder), seen=1.0)
+    assert probable["inertia_error"] < 0.05 and probable["viscous_drag"] < 0.05
 
 
 def test_what_runs_held_out_speak_against_becomes_less_likely():

@@ -210,7 +210,7 @@ def test_every_effect_is_asked():
 
 @pytest.mark.parametrize("effect", SENSES)
 def test_a_written_effect_moves_the_simulation_in_its_sense(tmp_path: Path, effect: str):
-    sizes, told, sense = SENSES[effect]
+    sizes, measured, sense = SENSES[effect]
     parameters = {effect: {name: {"value": value} for name, value in sizes.items()}}
     section = model_section({"verdict": "effect", "effects": [effect], "parameters": parameters}, None, {})
     written = tomllib.loads(section)["model"]
@@ -224,5 +224,5 @@ def test_a_written_effect_moves_the_simulation_in_its_sense(tmp_path: Path, effe
         + section[section.index(f"[model.effect_parameters.{effect}]") :].replace("model.effect_parameters", "effects")
     )
     plain, shown = (simulate(read_scenario(path), np.random.default_rng(1)) for path in (bare, with_it))
-    change = sense * (told(shown) - told(plain))
-    assert change > 1e-3 * abs(told(plain)) + 1e-12, (told(plain), told(shown))
+    change = sense * (measured(shown) - measured(plain))
+    assert change > 1e-3 * abs(measured(plain)) + 1e-12, (measured(plain), measured(shown))

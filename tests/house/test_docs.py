@@ -201,9 +201,9 @@ def test_every_function_of_the_reference_has_an_example_that_runs(module, name, 
     monkeypatch.setattr("analysis.gap.diagnose.next_tests", lambda *_: None)
     function = getattr(importlib.import_module(module), name)
     (example,) = doctest.DocTestFinder(recurse=False).find(function, name, globs={})
-    told: list[str] = []
-    result = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(example, out=told.append)
-    assert result.attempted >= 2 and result.failed == 0, "".join(told)
+    printed: list[str] = []
+    result = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(example, out=printed.append)
+    assert result.attempted >= 2 and result.failed == 0, "".join(printed)
 
 
 def test_the_reference_offers_the_notebook():

@@ -370,17 +370,17 @@ def struck(state, nx, ny, cx, cy, restitution, wall_friction, tangential_restitu
 
 
 @compiled
-def strike(time, host, state, p, drawn, told):
-    """Impact with the moving wall, in place; ``told``: approach, slip, restitution, azimuth, leaving speed, slip after,
-    slid.
+def strike(time, host, state, p, drawn, record):
+    """Impact with the moving wall, in place; ``record``: approach, slip, restitution, azimuth, leaving speed, slip
+    after, slid.
     """
     gap, nx, ny, approach, slip, cx, cy = wall_at(host, state, p)
     where, speed, _ = host
     state[0] += gap * nx
     state[1] += gap * ny
     from_x, from_y = state[0] + cx - where[0], state[1] + cy - where[1]
-    told[0], told[1], told[2], told[3] = approach, slip, 0.0, math.atan2(from_y, from_x)
-    told[4], told[5], told[6] = -approach, slip, 0.0
+    record[0], record[1], record[2], record[3] = approach, slip, 0.0, math.atan2(from_y, from_x)
+    record[4], record[5], record[6] = -approach, slip, 0.0
     if approach <= 0.0:
         return
     value = p.restitution - p.restitution_fall_s_per_m * approach + p.restitution_scatter * drawn[0]
@@ -398,7 +398,7 @@ def strike(time, host, state, p, drawn, told):
     state[5] += turn
     state[7] = time
     _, _, _, after, slip_after, _, _ = wall_at(host, state, p)
-    told[2], told[4], told[5], told[6] = value, -after, slip_after, 1.0 if slid else 0.0
+    record[2], record[4], record[5], record[6] = value, -after, slip_after, 1.0 if slid else 0.0
 
 
 @compiled
@@ -487,9 +487,9 @@ def _move(duration_s, longest_hold_s, p, harmonics, gust, table, drawn, work, no
         time += high
         _note(nodes[n], time, state, 0.0)
         n += 1
-        told = impacts[k, 1:]
-        strike(time, here, state, p, drawn[k], told)
-        if p.recoil_share != 0.0 and told[0] > 0.0:  # the Host takes the momentum and swings back
+        record = impacts[k, 1:]
+        strike(time, here, state, p, drawn[k], record)
+        if p.recoil_share != 0.0 and record[0] > 0.0:  # the Host takes the momentum and swings back
             for axis in range(2):
                 row = harmonics.shape[0] - 2 * drawn.shape[0] + 2 * k + axis
                 kick = -p.recoil_share * (state[3 + axis] - new[3 + axis]) / p.recoil_rad_per_s
@@ -499,7 +499,7 @@ def _move(duration_s, longest_hold_s, p, harmonics, gust, table, drawn, work, no
         impacts[k, 0] = time
         k += 1
         press = pressed(time, here, state, p, gust, table, rate)[0]
-        if press > 0.0 and 2.0 * told[4] < SHORTEST_HOP * p.step_s * press:
+        if press > 0.0 and 2.0 * record[4] < SHORTEST_HOP * p.step_s * press:
             held = True
             holds[h, 0] = time
             _, nx, ny, approach, _, _, _ = wall_at(here, state, p)

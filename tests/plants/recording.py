@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -367,8 +366,3 @@ def write_series(runs: list[Run], folder: Path) -> Path:
         (place / "recording.toml").write_text(one.toml, encoding="utf-8")
         one.motion.to_parquet(place / "motion.parquet", index=False)
     return folder
-
-
-def told(truth: dict[str, Any]) -> str:
-    """The numbers of a truth as JSON, for a log."""
-    return json.dumps({k: truth[k] for k in ("law", "rate_hz", "start_s", "place", "noise", "parameters")})

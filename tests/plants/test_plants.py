@@ -38,13 +38,13 @@ def test_straight_flights_and_mirror_reflections_without_friction():
     p = physics(restitution=0.98, wall_friction=0.0)
     nodes, impacts, _ = gone(p, [0.0, 0.013, 0.0, 1.9, 0.35, 3.0], 0.1)
     position, velocity, now = np.array([0.0, 0.013]), np.array([1.9, 0.35]), 0.0
-    for told in impacts:
+    for impact in impacts:
         along, square = position @ velocity, velocity @ velocity
         flight = (-along + np.sqrt(along**2 + square * (p.reach_m**2 - position @ position))) / square
         position, now = position + velocity * flight, now + flight
         normal = position / np.linalg.norm(position)
-        assert told[0] == pytest.approx(now, abs=1e-11)
-        assert told[1] == pytest.approx(velocity @ normal, rel=1e-9)
+        assert impact[0] == pytest.approx(now, abs=1e-11)
+        assert impact[1] == pytest.approx(velocity @ normal, rel=1e-9)
         velocity = velocity - 1.98 * (velocity @ normal) * normal
     assert len(impacts) > 2
     assert np.ptp(nodes[:, 6]) < 1e-12  # a smooth wall turns nothing
@@ -73,8 +73,10 @@ def test_friction_of_a_sliding_and_spinning_disk_is_the_integral_over_its_area()
         size = np.hypot(ux, uy)
         force, torque = (2 * (w * r) @ part.mean(axis=1) for part in (ux / size, (x * uy - y * ux) / size))
         place = angle / (np.pi / 2) * (len(TABLE) - 1)
-        told = [np.interp(place, np.arange(len(TABLE)), TABLE[:, k]) for k in (0, 1)]
-        assert told == pytest.approx([force, torque], abs=2e-5)  # the area sum's own error at the disk's resting point
+        interpolated = [np.interp(place, np.arange(len(TABLE)), TABLE[:, k]) for k in (0, 1)]
+        assert interpolated == pytest.approx(
+            [force, torque], abs=2e-5
+        )  # the area sum's own error at the disk's resting point
 
 
 def test_ten_thousand_impacts_keep_the_law_and_none_makes_energy():

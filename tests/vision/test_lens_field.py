@@ -143,7 +143,7 @@ def test_correlated_noise_is_seen_and_makes_the_field_less_sure(rig):
 
 @pytest.mark.parametrize(("loose", "size"), [(0.02, 0.0), (0.006, 0.0), (0.02, 0.25), (0.006, 0.25)])
 def test_a_marker_that_moves_on_its_body_is_no_lens(rig, loose, size):
-    """It is told, whatever the others need: nothing, or the field that is there."""
+    """It is reported, whatever the others need: nothing, or the field that is there."""
     found = learnt(rig, filmed(rig, size, loose=loose))
     assert found.loose == ("H2",) and "H2, which moves on its body" in found.note
     assert (found.field is not None) == (size > 0)

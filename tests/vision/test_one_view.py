@@ -146,8 +146,8 @@ def test_tracks_without_sd_get_one_from_the_bodies(tmp_path):
     tracks = film(setup, rng)[0].query("camera == 'VW1'")
     heights = marker_heights(recording)
     known = points_in_plane(tracks, setup.cameras[0], (0, 0), heights)["x_sd_m"].median()
-    told = points_in_plane(tracks.assign(sd_px=np.nan), setup.cameras[0], (0, 0), heights)["x_sd_m"].median()
-    assert told == pytest.approx(known, rel=0.15)
+    sd_m = points_in_plane(tracks.assign(sd_px=np.nan), setup.cameras[0], (0, 0), heights)["x_sd_m"].median()
+    assert sd_m == pytest.approx(known, rel=0.15)
 
 
 def test_three_cameras_place_better_than_two_and_one_may_miss():

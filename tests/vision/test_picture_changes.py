@@ -1,5 +1,5 @@
-"""What has happened to a camera since its calibration: found by its form, told by its size, and nothing where only the
-lens is not exact."""
+"""What has happened to a camera since its calibration: found by its form, with its size, and nothing where only
+the lens is not exact."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Whether a law that nothing else asked for is believed, and what it leaves to be told."""
+"""Whether a law that nothing else asked for is believed, and the structure that it stands for."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.thresholds import NEGLIGIBLE_FRAMES
 from ovines.core.laws.words import QUANTITIES
 
-# A law that no probe asked for closes at least this share of what is left: what a smeared disk feigned closed 0.26, a
-# nick in the rim 0.95 to 1.0 (four series in view).
+# A law that no probe asked for closes at least this share of what is left: what a smeared disk passed for closed 0.26,
+# a nick in the rim 0.95 to 1.0 (four series in view).
 UNPROMPTED_CLOSED = 0.5
 
 
@@ -24,13 +24,17 @@ def believed(law: LawFound, size: float, least: float) -> LawFound | None:
 
 
 def structure_of_law(law: LawFound, stage: str, coordinate: str, size: float, least: float) -> Structure:
-    """What a law that nothing else asked for leaves to be told: it goes with what the law's first term follows."""
-    follows = [QUANTITIES[factor.quantity].told for factor in law.law.terms[0].factors]
+    """The structure that an unprompted law stands for: it goes with what the law's first term follows."""
     gain = float(np.sum(law.before - law.after))
     unit = "m" if stage == "geometry" else "1"
-    goes_with = " and ".join(f"the {one}" for one in follows) or "nothing: a constant"
     phase = "free flight" if stage == "flight" else "impact"
-    return Structure(stage, phase, coordinate, goes_with, size / least, gain, size, unit, law.p)
+    return Structure(stage, phase, coordinate, followed_by(law), size / least, gain, size, unit, law.p)
+
+
+def followed_by(law: LawFound) -> str:
+    """What the first term of a law follows, in words."""
+    follows = [QUANTITIES[factor.quantity].in_words for factor in law.law.terms[0].factors]
+    return " and ".join(f"the {one}" for one in follows) or "nothing: a constant"
 
 
 def structure_of_clock(law: LawFound, period_s: float) -> Structure:

@@ -121,9 +121,9 @@ def _profile(one: HasRows, term: Term, cut: Cut, share: Array, mean: float) -> t
     about = np.eye(len(share)) - share
     apart = about @ covariance @ about.T
     _, _, of_all = profile.gain(whole[:, None])
-    hardly_told = share @ covariance @ share > OPEN**2 * float(np.median(np.diag(apart)))
+    hardly_known = share @ covariance @ share > OPEN**2 * float(np.median(np.diag(apart)))
     # What all bins share is a nuisance itself, as the radius is of a wall.
-    if hardly_told or not 0.0 < of_all[0, 0] * float(whole @ whole) < MOST_TAKEN:
+    if hardly_known or not 0.0 < of_all[0, 0] * float(whole @ whole) < MOST_TAKEN:
         step, covariance = about @ step + mean, apart
     return step, np.sqrt(np.maximum(np.diag(covariance), 0.0) * problem.excess)
 

@@ -99,7 +99,7 @@ def find_flight_law(
     floor = floor * min(1.0, float(after.sum() / floor.sum()))  # never above the best model
     sized = law.sized
     rig_law = law_at(sized.parts, sized.values, sized.covariance)
-    told = LawFound(
+    reported = LawFound(
         in_world(rig_law, frame),
         rig_law,
         with_sds(lambda v: in_world(law_at(sized.parts, v), frame), sized.values, sized.covariance),
@@ -114,7 +114,7 @@ def find_flight_law(
         sized.halves,
         size,
     )
-    return told, steps
+    return reported, steps
 
 
 def force_gain(runs: Sequence[Run], fitted: FlightFit, rng: np.random.Generator) -> float:

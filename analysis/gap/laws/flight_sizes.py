@@ -161,10 +161,10 @@ def _numbers_step(
     turned = covariance @ seen[:, held] * LINEAR_SHARE * amplitude_m
     covariance = covariance * np.outer(grown, grown) + turned @ turned.T
     own = np.arange(len(columns) - len(law), len(step))
-    told = covariance[np.ix_(own, own)]
-    wider = np.ones(len(told))
-    wider[: len(law)] = np.maximum(1.0, own_sd / np.sqrt(np.diag(told)[: len(law)]))
-    return step[len(columns) :], told * np.outer(wider, wider)
+    own_covariance = covariance[np.ix_(own, own)]
+    wider = np.ones(len(own_covariance))
+    wider[: len(law)] = np.maximum(1.0, own_sd / np.sqrt(np.diag(own_covariance)[: len(law)]))
+    return step[len(columns) :], own_covariance * np.outer(wider, wider)
 
 
 def _disagreement(design: Array, rows: FlightRegression, step: Array, covariance: Array) -> Array:

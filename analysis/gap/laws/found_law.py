@@ -1,5 +1,5 @@
-"""A law as it is told: formula, numbers with intervals, how far it closes the gap on runs held out, what else it may
-be."""
+"""A law as it is reported: formula, numbers with intervals, how far it closes the gap on runs held out, what else it
+may be."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def replaced(law: LawFound, terms: Sequence[Term] | None, frame: RigFrame) -> La
     if terms is None:
         return None
     rig_law = WrittenLaw(tuple(terms))
-    told = in_world(rig_law, frame)
+    world_law = in_world(rig_law, frame)
     sds = {name: sd for name, (_, sd, _) in law.numbers.items()}
-    numbers = {name: (value, sds.get(name, 0.0), unit) for name, (value, unit) in named_numbers(told).items()}
-    return replace(law, law=told, rig_law=rig_law, numbers=numbers)
+    numbers = {name: (value, sds.get(name, 0.0), unit) for name, (value, unit) in named_numbers(world_law).items()}
+    return replace(law, law=world_law, rig_law=rig_law, numbers=numbers)

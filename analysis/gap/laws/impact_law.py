@@ -123,7 +123,7 @@ def _with_its_sides(
     chosen with the sides that it gives them itself.
 
     An impact that would slide on the nominal wall may stick on its own; one that is taken for stuck and has slid, where
-    friction is less, looks like another return, and what is told of it would be a law of its own: sides are asked of
+    friction is less, looks like another return, and what is said of it would be a law of its own: sides are asked of
     the part that is friction's alone, too.  ``beside`` a law: the rows with its sides, of which to ``choose``, among
     some candidates or all; one of the same form is kept unless another says clearly more."""
     last = chosen[2]
@@ -183,7 +183,7 @@ def of_rates(
     problem: ImpactRegression, impacts: ImpactFit, fits: Sequence[FlightFits], rng: np.random.Generator
 ) -> list[Candidate]:
     """What swings at rates of its own; its signs are drawn aside, so that they bend no other chance."""
-    time_sd_s = float(np.sqrt(np.median(impacts.junctions.covariance[impacts.data.index, -1, -1])))
+    time_sd_s = float(np.sqrt(np.median(impacts.junctions.covariance[impacts.data.at.index, -1, -1])))
     return rate_candidates(problem, fits[0].run.period_s, time_sd_s, rng.spawn(1)[0])
 
 
@@ -236,7 +236,7 @@ def leaning_wall(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) 
     """The same impacts at the wall that a ``law`` of its shape tells, whose normal leans by -r'/r, as of any wall that
     is nearly round."""
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
-    at = impacts.data.index
+    at = impacts.data.at.index
     on_cylinder = impacts.wall.wall.on_cylinder(impacts.wall.impacts.surface[at])
     reaches = []
     for turn in (-LEAN_STEP_RAD, 0.0, LEAN_STEP_RAD):
@@ -279,7 +279,7 @@ def impact_law_sizes(
         "wall_friction": NEGLIGIBLE["sliding"] * nominal.wall_friction,
         "tangential_restitution": NEGLIGIBLE["sticking"] * (1 + nominal.tangential_restitution),
         "spin_kept": NEGLIGIBLE["sticking"],
-        "spin_added": NEGLIGIBLE["sticking"] * max(float(np.std(impacts.data.spin)), 1e-300),
+        "spin_added": NEGLIGIBLE["sticking"] * max(float(np.std(impacts.data.at.spin)), 1e-300),
     }
     sizes = {}
     for target, size in least.items():

@@ -67,7 +67,7 @@ class ImpactRegression:
         return np.asarray(np.nan_to_num(self.columns(law.terms)).sum(1), float)
 
     def misfit_along(self, law: WrittenLaw) -> float:
-        """-2 log L of the impulses along the wall beside a law, its sds and weights told by what a spin that is added
+        """-2 log L of the impulses along the wall beside a law, its sds and weights from what a spin that is added
         would change; less a constant."""
         rows, count = self.problem, len(self.known)
         left = rows.residual - self.law_columns(law)
@@ -158,7 +158,7 @@ def _rows(
     # Of the spin that the impulse has left a share is lost; the impulse is measured by the contact point's speed, in
     # which that spin is, too.
     q = data.inertia_factor
-    spun = impacts.junctions.radius_m * data.spin + data.tangential_impulse / q
+    spun = impacts.junctions.radius_m * data.at.spin + data.tangential_impulse / q
     lost, turned = spun * q / (1 + q), np.full(count, impacts.junctions.radius_m * q / (1 + q))
     answers = {
         "restitution": np.concatenate([design[:, 0], none, none]),
@@ -173,18 +173,22 @@ def _rows(
     kind[count : 2 * count] += slides == 0.0
     problem = Regression(
         residual, nuisances, np.zeros(nuisances.shape[1]), np.tile(np.arange(count), 3),
-        np.tile(data.run, 3).astype(np.int64),
+        np.tile(data.at.run, 3).astype(np.int64),
     )  # fmt: skip
     return ImpactRegression(problem, known, answers), kind
 
 
 def distance_regression(
-    impacts: ImpactFit, fits: Sequence[FlightFits], law: WrittenLaw | None = None
+    impacts: ImpactFit,
+    fits: Sequence[FlightFits],
+    law: WrittenLaw | None = None,
+    scatter_m: float | None = None,
 ) -> ImpactRegression:
     """Contact distances; what the fitted wall and the disk's own centre are free in are nuisances.
 
-    ``law``: one that is known to act, whose part of the distances' scatter is none."""
-    wall, at = impacts.wall, impacts.data.index
+    ``law``: one that is known to act, whose part of the distances' scatter is none; ``scatter_m``: that scatter, where
+    it is known from elsewhere."""
+    wall, at = impacts.wall, impacts.data.at.index
     residual_m, noise_m = wall.residual_m[at], wall.impacts.sd("gap")[at]
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     shapes = wall.impacts.design(wall.terms)[at]
@@ -196,8 +200,7 @@ def distance_regression(
         every = np.column_stack([shapes, held])
         explained_m = every @ least_squares(every, residual_m, noise_m).coefficients
     left_m = residual_m - explained_m
-    scatter_m = np.sqrt(max(residual_sd(left_m) ** 2 - float(np.median(noise_m)) ** 2, DISTANCE_FLOOR_M**2))
-    sd = np.hypot(noise_m, scatter_m)
+    sd = np.hypot(noise_m, _distance_scatter(left_m, noise_m) if scatter_m is None else scatter_m)
     # Gross is what a law that is known to act leaves, not what it explains: that is cut then.
     if held is None:
         weight = np.minimum(1.0, GROSS_SD / np.maximum(np.abs(residual_m / sd), 1e-300))
@@ -207,9 +210,20 @@ def distance_regression(
         residual = explained_m / sd + np.clip(left_m / sd, -GROSS_SD, GROSS_SD)
     nuisances = shapes * (weight / sd)[:, None]
     problem = Regression(
-        residual, nuisances, np.zeros(nuisances.shape[1]), np.arange(len(at)), impacts.data.run.astype(np.int64)
+        residual, nuisances, np.zeros(nuisances.shape[1]), np.arange(len(at)), impacts.data.at.run.astype(np.int64)
     )
     return ImpactRegression(problem, known, {"contact_radius": weight / sd}, on_cylinder)
+
+
+def usual_distance_scatter(impacts: ImpactFit) -> float:
+    """How far contact distances scatter from impact to impact (m) about the wall that was fitted, beyond the cameras'
+    noise."""
+    at = impacts.data.at.index
+    return _distance_scatter(impacts.wall.residual_m[at], impacts.wall.impacts.sd("gap")[at])
+
+
+def _distance_scatter(left_m: Array, noise_m: Array) -> float:
+    return float(np.sqrt(max(residual_sd(left_m) ** 2 - float(np.median(noise_m)) ** 2, DISTANCE_FLOOR_M**2)))
 
 
 def of_target(

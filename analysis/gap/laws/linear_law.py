@@ -63,7 +63,7 @@ def number_columns(rows: Rows, parts: Sequence[Candidate], coefficients: Array) 
 
 
 def reported_law(rows: Rows, found: Found, p: float, frame: RigFrame) -> LawFound:
-    """The law of ``found`` as it is told, held out run by run on ``rows`` whose noise is 1."""
+    """The law of ``found`` as it is reported, held out run by run on ``rows`` whose noise is 1."""
     values = values_of(found)
     covariance = np.zeros((len(values), len(values)))
     count = len(found.coefficients)
@@ -75,7 +75,7 @@ def reported_law(rows: Rows, found: Found, p: float, frame: RigFrame) -> LawFoun
     rig_law = law_at(found.parts, values, covariance)
     before, after = held_out_squares(whole, columns[:, :0]), held_out_squares(whole, columns)
     noise = np.bincount(whole.folds, _noise_of(whole, columns)).astype(float)
-    floor = noise * min(1.0, float(after.sum() / noise.sum()))  # noise told too large: never above the best model
+    floor = noise * min(1.0, float(after.sum() / noise.sum()))  # noise taken too large: never above the best model
     explained: Any = replace(rows, problem=replace(whole, residual=whole.residual - moved))  # type: ignore[type-var]
     return LawFound(
         in_world(rig_law, frame),

@@ -51,9 +51,9 @@ class TimeProfile:
             np.einsum("nb,nb->n", trains @ self.information[i, j], trains) for i, j in ((0, 0), (0, 1), (1, 1))
         )
         determinant = xx * yy - xy**2
-        told = determinant > 1e-9 * np.maximum(xx * yy, 1e-300)
+        determined = determinant > 1e-9 * np.maximum(xx * yy, 1e-300)
         top = yy * x**2 - 2 * xy * x * y + xx * y**2
-        return np.where(told, top / np.where(told, determinant, 1.0), 0.0)
+        return np.where(determined, top / np.where(determined, determinant, 1.0), 0.0)
 
 
 def time_profile(problem: FlightRegression, run_s: float, rng: np.random.Generator) -> TimeProfile:

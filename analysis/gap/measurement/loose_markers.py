@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 ACCELERATION, VELOCITY, SPIN = "with the Host's acceleration", "with the Host's velocity", "with the disk's spin"
 #: what a marker of a body may go with
 GOES_WITH = {"host": (ACCELERATION, VELOCITY), "nes": (SPIN,)}
-# A lens may feign so much of it: where it stretches the picture by a share, a marker moves by this share of its way.
+# A lens may imitate so much of it: where it stretches the picture by a share, a marker moves by this share of its way.
 # Fields of smooth residuals of 0.14 to 0.45 px stretched by 0.0018 at the most (eight series of the blind plant).
 LENS_SHEAR = 0.003
 # One marker's motion explains this share of all that goes with the body's, or it is no marker's: rows that are read one
@@ -131,7 +131,7 @@ def _followed(data: RunData, with_what: str) -> Array:
 
 def with_its_body(series: Series, body: str, clock_s: float = 0.0) -> list[Loose]:
     """The marker whose motion on its body follows the body's own most surely, where one does: by more than a lens, or a
-    camera that is late by ``clock_s``, may feign."""
+    camera that is late by ``clock_s``, may imitate."""
     runs = list(apart(series, body))
     out = []
     for with_what in GOES_WITH[body] if runs else ():

@@ -17,7 +17,7 @@ from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.next_test.effects import SIMULATED, effect_information, rival_of
-from analysis.gap.next_test.laws import OpenForm, law_information, open_form
+from analysis.gap.next_test.laws import STAGES, OpenForm, law_information, open_form
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Rig, Setting, record, starts
 from analysis.gap.next_test.separation import Information, Separation, separation_of
 from ovines.core.effects import EFFECTS
@@ -71,10 +71,9 @@ class NextTests:
             return (
                 f"No setting of the drive tells {both}: {most} standard deviations at most in {self.duration_s:.1f} s."
             )
-        nearest = "its nearest rival, " if self.law is None else ""
+        rival = ", its nearest rival," if self.law is None else ""
         separates = (
-            f"one recording of {self.duration_s:.1f} s tells {both}, {nearest}by {_with_error(shown)} standard "
-            "deviations"
+            f"one recording of {self.duration_s:.1f} s tells {both}{rival} by {_with_error(shown)} standard deviations"
         )
         if self.recommended == AS_RECORDED:
             return f"More recordings as these serve as well as any other setting ({self._how}): {separates}."
@@ -147,8 +146,8 @@ def law_tests(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound],
     """Settings ranked by how well each separates a law from another formula; None where the simulator does not take
     it.
 
-    Of the formulas the one that is told from the law least where it can be: one that holds the law in it is as good in
-    every setting."""
+    Of the formulas, the one that the law is hardest to tell apart from where it can be: one that holds the law in it is
+    as good in every setting."""
     rig = rig_with_laws(ladder, causes, laws)
     ranked, count = _ranked(rig, lambda recorded: law_information(rig, recorded, form), len(form.others))
     if not ranked[0]:
@@ -156,13 +155,23 @@ def law_tests(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound],
     best = [settings[0].sd for settings in ranked]
     chosen = min(range(len(best)), key=lambda k: (best[k] < LEAST_SEPARATION, form.others[k].told_apart, best[k]))
     formula, other = as_text(form.law.law), as_text(form.others[chosen].law)
-    return NextTests(formula, other, duration_of(rig), count, ranked[chosen], f"law-{form.number}.toml")
+    return NextTests(formula, other, duration_of(rig), count, ranked[chosen], file_of(form.number))
+
+
+def file_of(number: int) -> str:
+    """The file of a series' law by its number, from 1."""
+    return f"law-{number}.toml"
+
+
+def law_in(file: str | None, laws: Sequence[LawFound]) -> LawFound | None:
+    """The law of a series that stands in a file; None where none does."""
+    return next((one for number, one in enumerate(laws, 1) if file_of(number) == file), None)
 
 
 def rig_with_laws(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound]) -> Rig:
     """The rig with the ``laws`` found, its flights those that hold one."""
     flights = next((law.fitted[1] for law in laws if law.fitted is not None), ladder.flights.named)
-    found = tuple(law.rig_law for law in laws if law.law.stage in ("flight", "impact"))
+    found = tuple(law.rig_law for law in laws if law.law.stage in STAGES)
     return Rig(ladder, flights, _simulated(causes), found)
 
 
@@ -187,10 +196,10 @@ def _ranked(
 
     def separations(setting: Setting) -> list[Separation]:
         try:
-            recorded = [record(rig, start, setting, duration_s) for start in begun]
+            judged = judge([record(rig, start, setting, duration_s) for start in begun])
         except ScenarioError:
             return []
-        return [Separation(setting.words, *separation_of(one, len(begun))) for one in judge(recorded)]
+        return [Separation(setting.words, *separation_of(one, len(begun))) for one in judged]
 
     driven = rig.like.host.omega_rad_per_s != 0
     settings = [one for one in SETTINGS if begun and (driven or one.launch is not None)]

@@ -54,6 +54,17 @@ SETTINGS = (
 )
 
 
+def acts(law: WrittenLaw) -> bool:
+    """Whether the simulator takes a law: of the wall, one of the azimuth alone.  What moves a wall in another way does
+    so by parts of a millimetre, which hardly changes where it is met: its law is asked of the impacts without it."""
+    return law.stage != "geometry" or quantities_of(law) == {"azimuth"}
+
+
+def quantities_of(law: WrittenLaw) -> set[str]:
+    """What a law follows."""
+    return {factor.quantity for term in law.terms for factor in term.factors}
+
+
 @dataclass(frozen=True, eq=False)
 class Rig:
     """The rig as found: a series' ``ladder``, the ``flights`` whose friction, states and noise are simulated, the named
@@ -85,10 +96,9 @@ class Rig:
 
     @cached_property
     def acting(self) -> tuple[WrittenLaw, ...]:
-        """The laws that are simulated: those that the nominal model holds, and those found; the wall's shape is part of
-        the wall."""
+        """The laws that are simulated: those that the nominal model holds, and those found that the simulator takes."""
         stated = [self.ladder.series.frame.law(law) for law in self.ladder.series.laws]
-        return tuple(law for law in (*stated, *self.laws) if law.stage != "geometry")
+        return (*stated, *(law for law in self.laws if acts(law)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from analysis.gap.laws.evidence import Evidence
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames.corrected import lasts
 from analysis.gap.laws.regression.halves import Halves
+from analysis.gap.next_test.recording import acts
 from analysis.gap.page.figures.at_blows import blow_figure
 from analysis.gap.page.figures.changed_picture import boards_figure, changed_picture_figure
 from analysis.gap.page.tables import chance
@@ -75,6 +76,15 @@ def laws_section(page: Page, diagnosis: Diagnosis) -> None:
         _one(section, number, law, entry, diagnosis)
 
 
+def read_by(law: LawFound, file: str) -> str:
+    """Which commands take a law."""
+    if law.law.stage == "measurement":
+        return f"ovines diagnose --law {file} holds it."
+    if not acts(law.rig_law):
+        return "no command holds it yet, for the model's wall stands still in the Host and its disk is round."
+    return f"ovines simulate reads it (laws in a scenario), ovines diagnose --law {file} holds it."
+
+
 def _one(section: Section, number: int, law: LawFound, entry: dict[str, object], diagnosis: Diagnosis) -> None:
     section.add_heading(f"Law {number}, of the {law.law.stage}")
     section.add_figure(f"law-{number}-formula", partial(formula_figure, law), as_text(law.law), as_text(law.law))
@@ -83,11 +93,24 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
     section.add_text(
         f"It closes {closes} ({low.removesuffix(' %')} to {high}, 90 %) of the squared error above the floor on runs "
         f"held out. By chance a formula of the dictionary does so well {chance(law.p)}. It stands in {entry['file']}: "
-        + ("" if law.law.stage == "measurement" else "ovines simulate reads it (laws in a scenario), ")
-        + f"ovines diagnose --law {entry['file']} holds it."
+        + read_by(law, str(entry["file"]))
     )
     if law.halves is not None:
         section.add_text(by_halves(law.halves))
+    _numbers(section, law)
+    _on_the_rig(section, number, law, diagnosis)
+    _with_and_without(section, number, law, diagnosis)
+    if law.others:
+        section.add_table(
+            ("other formula", "its gain over this one's", "distinguished"),
+            [(as_text(one.law), percent(one.share), "yes" if one.told_apart else "no") for one in law.others],
+            "The nearest other formulas. Those that the data do not distinguish are as good an answer.",
+            text_columns=(0, 2),
+        )
+
+
+def _numbers(section: Section, law: LawFound) -> None:
+    """What is in the formula: its numbers, and what its symbols mean."""
     rows = [
         (
             name,
@@ -99,11 +122,16 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
     section.add_table(
         ("number", "value", "90 % interval"), rows, "The law's numbers, in the world's frame and SI units."
     )
-    section.add_table(
-        ("symbol", "meaning"),
-        [(_plain_symbol(symbol), meaning) for symbol, meaning in symbols(law.law)],
-        text_columns=(0, 1),
-    ) if symbols(law.law) else None
+    if symbols(law.law):
+        section.add_table(
+            ("symbol", "meaning"),
+            [(_plain_symbol(symbol), meaning) for symbol, meaning in symbols(law.law)],
+            text_columns=(0, 1),
+        )
+
+
+def _on_the_rig(section: Section, number: int, law: LawFound, diagnosis: Diagnosis) -> None:
+    """Figures of what a law of the measurement does: to the boards' places, to a camera's picture, at blows."""
     first, cameras = law.law.terms[0], diagnosis.ladder.measured.cameras
     if first.target in BOARDS:
         frame, radius_m = diagnosis.ladder.measured.frame, diagnosis.ladder.series.contact_radius_m
@@ -132,6 +160,10 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
                 "and over that, of all blows whose ways tell (sd as bars); black: the formula.",
                 "Places at blows over the time from the blow, and the law",
             )
+
+
+def _with_and_without(section: Section, number: int, law: LawFound, diagnosis: Diagnosis) -> None:
+    """Figures of what the model lacks without the law and with it."""
     if law.evidence is not None:
         section.add_figure(
             f"law-{number}-evidence",
@@ -150,13 +182,6 @@ def _one(section: Section, number: int, law: LawFound, entry: dict[str, object],
                 "runs: what the model misses without and with the law.",
                 "Residual of one flight over time without and with the law",
             )
-    if law.others:
-        section.add_table(
-            ("other formula", "its gain over this one's", "distinguished"),
-            [(as_text(one.law), percent(one.share), "yes" if one.told_apart else "no") for one in law.others],
-            "The nearest other formulas. Those that the data do not distinguish are as good an answer.",
-            text_columns=(0, 2),
-        )
 
 
 def by_halves(halves: Halves) -> str:
@@ -208,7 +233,7 @@ def evidence_figure(found: Evidence) -> Figure:
     ):
         ax.errorbar(x, shown * values[order], shown * sd[order], fmt="o", ms=3.5, lw=1, color=colour, label=name)
     ax.plot(x, shown * found.law[order], color=BLACK, lw=1.2, label="the law")
-    meaning = QUANTITIES[found.name].told
+    meaning = QUANTITIES[found.name].in_words
     label(ax, f"{meaning} [{unit}]" if unit != "1" else meaning, missing, math=False)
     legend(ax)
     return figure

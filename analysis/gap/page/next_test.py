@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 
 from analysis.figures.style import BLUE, GREY, RED, label, new_figure
 from analysis.gap.diagnose import Diagnosis
-from analysis.gap.next_test.choice import LEAST_SEPARATION, SETTLES
+from analysis.gap.laws.found_law import LawFound
+from analysis.gap.next_test.choice import LEAST_SEPARATION, SETTLES, law_in
+from analysis.gap.next_test.recording import acts
 from analysis.gap.page.words import plain
 from analysis.report.numbers import value_with_sd
 from analysis.report.page import Page
@@ -18,7 +20,7 @@ from analysis.report.page import Page
 # Recordings above which a setting is no way to an answer.
 MOST_RECORDINGS = 20
 ROW_IN, LEFT_IN = 0.26, 3.95
-# Smaller separations are told by no digits: none of them is of use.
+# Smaller separations are shown without digits: none of them is of use.
 LEAST_SHOWN = 0.5
 
 
@@ -30,15 +32,24 @@ def next_section(page: Page, diagnosis: Diagnosis) -> None:
     section = page.add_section("The next test", "next")
     if tests["law"] is None:
         what = f"{plain(tests['effect'])} (found) and {plain(tests['rival'])} (its nearest rival)"
+        section.add_text(
+            f"Which recording should come next? {what[0].upper()}{what[1:]} are the nearest explanations of these data."
+        )
     else:
-        what = f"the formula of {tests['law']}, {tests['effect']}, and the nearest other one, {tests['rival']},"
+        section.add_text(
+            "Which recording should come next? Two formulas are the nearest explanations of these data: the law that "
+            "was found, and the nearest other one."
+        )
+        section.add_table(
+            ("", "formula"), [(tests["law"], tests["effect"]), ("the other", tests["rival"])], text_columns=(0, 1)
+        )
     section.add_text(
-        f"Which recording should come next? {what[0].upper()}{what[1:]} are the nearest explanations of these data. "
-        f"The rig was simulated with what was found, in each setting, from {tests['starts']} measured "
-        f"beginnings of {tests['duration_s']:.1f} s. The bar says how far apart the two are then, as a multiple of "
-        f"what noise alone moves the answer. Below {LEAST_SEPARATION:g} they look alike. From {SETTLES:g} on one "
-        "recording settles which it is: chance is as far off once in 370. Beside the rival everything else that is "
-        "not known may take any size. The ± is how far other beginnings would lead."
+        f"The rig was simulated with what was found, in each setting, from {tests['starts']} measured beginnings of "
+        f"{tests['duration_s']:.1f} s. {_beside(law_in(tests['law'], diagnosis.laws))}The bar says how far apart the "
+        "two are then, as a multiple of what noise alone moves the answer. "
+        f"Below {LEAST_SEPARATION:g} they look alike. From {SETTLES:g} on one recording settles which it is: chance is "
+        "as far off once in 370. Beside the rival everything else that is not known may take any size. The ± is how "
+        "far other beginnings would lead."
     )
     best = max(one["separation_sd"] for one in tests["settings"])
     section.add_figure(
@@ -60,13 +71,31 @@ def next_section(page: Page, diagnosis: Diagnosis) -> None:
         ],
         text_columns=(0,),
     )
+    if any(one["standard_error"] is None and one["separation_sd"] >= LEAST_SHOWN for one in tests["settings"]):
+        section.add_text(
+            "Without a ±: from some of the beginnings the disk met the wall too seldom to say anything, so how far "
+            "others would lead is not known."
+        )
     if best < LEAST_SEPARATION:
         section.add_note("No setting that was simulated separates the two: they do the same to the disk.", "caution")
+
+
+def _beside(law: LawFound | None) -> str:
+    """What is said of a law that the simulated rig did not have in it."""
+    if law is None or acts(law.rig_law):
+        return ""
+    return (
+        "The simulated wall stands still in the Host and the simulated disk is round, so this formula was not in it: "
+        "it moves the contacts that were found without it. "
+    )
 
 
 def _shown(separation_sd: float, standard_error: float | None) -> str:
     if separation_sd < LEAST_SHOWN:
         return f"less than {LEAST_SHOWN:g}"
+    # With no error nobody knows how many digits are right: two, as those beside it have.
+    if standard_error is None:
+        return f"{separation_sd:.2g}" if separation_sd < 100 else f"{separation_sd:.0f}"
     return value_with_sd(separation_sd, standard_error)
 
 

@@ -92,9 +92,9 @@ def _hits(ladder: Ladder, model: Nominal | None, laws: Sequence[WrittenLaw]) -> 
     named = [name for name in (model.effects if model else ()) if name in RESTITUTION_EFFECTS]
     floor = impact_floor(after, ladder.impacts.restitution_terms, ladder.flights.fitted.fits, laws)
     out = {
-        "recalibrated": (*predict.predicted_impacts(before, named), before.data.run),
-        "with_effect": (*predict.predicted_impacts(after, ladder.impacts.restitution_terms), after.data.run),
-        "noise_floor": (*floor, after.data.run),
+        "recalibrated": (*predict.predicted_impacts(before, named), before.data.at.run),
+        "with_effect": (*predict.predicted_impacts(after, ladder.impacts.restitution_terms), after.data.at.run),
+        "noise_floor": (*floor, after.data.at.run),
     }
     if (
         model
@@ -104,7 +104,7 @@ def _hits(ladder: Ladder, model: Nominal | None, laws: Sequence[WrittenLaw]) -> 
     ):
         law = predict.stated_tangential(model)
         restitution = predict.stated_restitution(before.data, model, ladder.series.frame)
-        out["as_given"] = (*predict.predicted_impacts(before, (), restitution, law), before.data.run)
+        out["as_given"] = (*predict.predicted_impacts(before, (), restitution, law), before.data.at.run)
     return out
 
 

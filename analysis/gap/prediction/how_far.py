@@ -185,7 +185,7 @@ def _impacts(
 
     def by_run(z2: Array, impacts: ImpactFit) -> Array:
         whole = np.minimum(z2.sum(0), CUT)
-        return np.asarray(np.bincount(impacts.data.run, whole, len(ladder.series.runs)), float)
+        return np.asarray(np.bincount(impacts.data.at.run, whole, len(ladder.series.runs)), float)
 
     def sums(impacts: ImpactFit, error: tuple[Array, Array]) -> Array:
         return by_run(squares(impacts, error), impacts)

@@ -65,7 +65,7 @@ def through_impacts(
     junctions = impacts.junctions
     terms = impacts.wall.terms
     data = impacts.data
-    known = dict(zip(data.index.tolist(), known_at_impacts(data, junctions, fits), strict=True)) if len(held) else {}
+    known = dict(zip(data.at.index.tolist(), known_at_impacts(data, junctions, fits), strict=True)) if len(held) else {}
     for number in range(len(runs)):
         here = junctions.run == number
         if not here.any():

@@ -154,17 +154,17 @@ def predicted_impacts(
     design = restitution_design(data, restitution_terms)
     error, spin = np.zeros((len(data), 2)), np.zeros(len(data))
     radius = impacts.junctions.radius_m
-    for run in np.unique(data.run):
-        here = data.run == run
+    for run in np.unique(data.at.run):
+        here = data.at.run == run
         others = ~here if np.any(~here) else here
         each = (
             restitution[here]
             if restitution is not None
-            else design[here] @ fit_restitution(_part(data, others), design[others])[0]
+            else design[here] @ fit_restitution(data.part(others), design[others])[0]
         )
         normal_after = each * data.before[here]
         # One impact ahead the normal impulse is the predicted one, not the measured.
-        ahead = _part(data, here, normal_impulse=(data.before + data.by_laws)[here] + normal_after)
+        ahead = replace(data.part(here), normal_impulse=(data.before + data.by_laws)[here] + normal_after)
         impulse = tangential(ahead) if tangential else impacts.without(run).tangential_impulse(ahead)
         error[here, 0] = data.after[here] - normal_after
         error[here, 1] = data.tangential_impulse[here] - impulse
@@ -190,14 +190,6 @@ def stated_tangential(model: Nominal) -> Callable[[LawData], Array]:
         return lambda data: predicted_tangential(data, friction, beta)
     law = LastingContact(friction, stiffness_of(beta, model.restitution), model.restitution, np.nan)
     return lambda data: law.impulse(stick_impulse(data, 0.0), data.normal_impulse)
-
-
-def _part(data: LawData, mask: NDArray[np.bool_], **changes: Array) -> LawData:
-    from dataclasses import fields
-
-    values = {f.name: getattr(data, f.name) for f in fields(data)}
-    values = {k: (v[mask] if isinstance(v, np.ndarray) else v) for k, v in values.items()}
-    return LawData(**{**values, **changes})
 
 
 def errors_of(

@@ -14,7 +14,7 @@ from analysis.contact.law import fit_restitution
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.contact.sliding import USUAL_FRICTION_SCATTER, friction_of_blows
 from analysis.contact.wall_fit import CONTACT_MODEL_SHARE, contact_time_s
-from analysis.gap.cause import EACH_BLOW, EACH_RUN, HELD_BY_MORE, SMALLEST_P, Cause, Structure
+from analysis.gap.cause import EACH_BLOW, EACH_RUN, HELD_BY_MORE, NONE_TESTED, SMALLEST_P, Cause, Structure
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_laws import rivals_of, select_laws
 from analysis.gap.selection.impacts.distance import distance_gains
@@ -214,7 +214,7 @@ def _shape_cause(gain: ImpactGain, base: ImpactFit, lens_residual_found: bool) -
     sd = float(np.hypot(np.sqrt(np.mean(np.diag(base.wall.covariance)[at])), lens))
     e = float(np.hypot(c, s))
     # Lobes are fitted in the Host; all directions are stated in the room.
-    turn = float(np.mean(base.data.host_angle_rad)) if gain.order else 0.0
+    turn = float(np.mean(base.data.at.host_angle_rad)) if gain.order else 0.0
     direction = (float(np.arctan2(s, c)) / order + turn, sd / order / max(e, 1e-9))
     parameters = (
         {"amplitude": (e, sd), "order": (float(order), 0.0), "direction_rad": direction}
@@ -262,7 +262,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
                 "impact",
                 "impact",
                 "normal",
-                "none of the covariates tested (scatter from impact to impact)",
+                f"{NONE_TESTED} (scatter from impact to impact)",
                 scatter / USUAL_SCATTER,
                 0.0,
                 scatter,
@@ -288,7 +288,7 @@ def unexplained_scatter(step: ImpactSteps, found: Sequence[Structure]) -> list[S
                 "geometry",
                 "impact",
                 "radius",
-                "none of the covariates tested (scatter of the contact distance)",
+                f"{NONE_TESTED} (scatter of the contact distance)",
                 scatter_m / usual_m,
                 0.0,
                 scatter_m,

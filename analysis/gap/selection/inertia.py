@@ -98,7 +98,7 @@ def inertia_step(wall: WallFit | None, flights: FlightFit, inertia_factor: float
     fitted = fit_inertia(data, len(flights.fits), radius_m)
     if fitted is None:
         return InertiaStep(stated=stated)
-    hit = np.unique(data.run)
+    hit = np.unique(data.at.run)
     found = (
         min(fitted.gain, fitted.beside) > IMPACT_GAIN
         and fitted.significance > SIGNIFICANCE

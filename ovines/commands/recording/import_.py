@@ -27,7 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "recording", type=Path, metavar="RECORDING", help="folder with recording.toml (write one with `ovines new`)"
     )
-    what = parser.add_argument_group("what to import")
+    _add_what(parser.add_argument_group("what to import"))
+    _add_unsaid(parser.add_argument_group("what the files do not say"))
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write into (default: the recording's own)")
+    parser.add_argument("--force", action="store_true", help="write over files that are there")
+
+
+def _add_what(what: argparse._ArgumentGroup) -> None:
     what.add_argument(
         "--tracks", nargs="+", metavar="CAMERA=FILE", help="pixels: TrackResults.json of VibrationTracker, or CSV"
     )
@@ -61,47 +67,49 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--impacts", type=Path, metavar="FILE", help="impacts by themselves: CSV with the columns of impacts.parquet"
     )
     what.add_argument("--motion", type=Path, metavar="FILE", help="the disk's path by itself: CSV, see --columns")
-    said = parser.add_argument_group("what the files do not say")
-    said.add_argument(
+
+
+def _add_unsaid(unsaid: argparse._ArgumentGroup) -> None:
+    unsaid.add_argument(
         "--pulse",
         choices=("middle", "rise"),
         default="middle",
         help="where a frame's time is: middle of a pulse as long as the exposure (default), or its rise",
     )
-    said.add_argument(
+    unsaid.add_argument(
         "--columns",
         metavar="NAME=COLUMN,...",
         help="which columns the motion stands in: x=...,y=...,t=...,angle=...,frame=..., and host_x=... and on where "
         "the Host moves; x and y are needed",
     )
-    said.add_argument("--unit", choices=("m", "cm", "mm", "um", "in"), help="unit of length of points and calibration")
-    said.add_argument(
+    unsaid.add_argument(
+        "--unit", choices=("m", "cm", "mm", "um", "in"), help="unit of length of points and calibration"
+    )
+    unsaid.add_argument(
         "--axes",
         metavar="X,Y,Z",
         help="the file's axes that are the world's x, y, z, e.g. x,-z,y; z is up, towards the cameras",
     )
-    said.add_argument(
+    unsaid.add_argument(
         "--markers", metavar="NAME,NAME", help="names of the points in the file's order; - leaves one out"
     )
-    said.add_argument(
+    unsaid.add_argument(
         "--images",
         choices=("raw", "undistorted"),
         help="what VibrationTracker tracked: the camera's images, or undistorted ones",
     )
-    said.add_argument(
+    unsaid.add_argument(
         "--calibrated-on",
         choices=("sensor", "window"),
         help="images of the calibration, where its file does not say their size",
     )
-    said.add_argument("--zeros", choices=("missing", "points"), help="what coordinates of exactly 0 mean")
-    said.add_argument(
+    unsaid.add_argument("--zeros", choices=("missing", "points"), help="what coordinates of exactly 0 mean")
+    unsaid.add_argument(
         "--world",
         type=Path,
         metavar="FILE",
         help="rvec and tvec of the first camera, for a stereo calibration without a world",
     )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write into (default: the recording's own)")
-    parser.add_argument("--force", action="store_true", help="write over files that are there")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.absorber.sprung import suspension_of
 from ovines.core.energies import LOSSES, stored
 from ovines.core.packing import pack
 from ovines.core.simulate import simulate
 from ovines.core.system import parameters as P
 from ovines.core.system.host import host_after, host_starts
+from ovines.core.system.kinematics import N_SCRATCH
 from ovines.core.system.model import Scenario
 
 INSIDE = tuple(name for name in LOSSES if name != "damper_loss_j")  # what the NES dissipates
@@ -76,11 +78,11 @@ def bare_energy_j(scenario: Scenario, times_s: np.ndarray) -> np.ndarray:
     """Energy (n,) of the same Host from the same start with nothing inside."""
     packed = pack(replace(scenario, friction=None))
     states = np.zeros((len(times_s), P.N_STATE))
-    out = np.zeros(15)
+    out = np.zeros(N_SCRATCH)
     host_starts(0.0, packed.y, packed.system, out)
     for row, time in zip(states, times_s, strict=True):
         host_after(0.0, float(time), packed.y, packed.system, out)
-        row[P.HOST : P.HOST + 6] = out[0], out[1], out[3], out[4], out[2], out[5]
+        row[P.HOST : P.HOST + 6] = out[S.BASE_IN_STATE]
     energies = stored(states, packed, times_s)
     return energies["host_kinetic_j"] + energies["host_spin_j"] + energies["spring_j"]
 

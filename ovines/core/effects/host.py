@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.effects.effect import Effect, EffectParameter, Measurement, Values, Words
 from ovines.core.refusal import require
 from ovines.core.system import parameters as P
@@ -45,9 +46,9 @@ def _recoil(packed: Packed, values: Values, scenario: Scenario) -> Packed:
     p[P.STIFFNESS_X] = p[P.STIFFNESS_Y] = mass * stiffness
     p[P.DAMPING_X] = p[P.DAMPING_Y] = mass * damping
     p[P.STIFFNESS_R], p[P.DAMPING_R] = inertia * stiffness, inertia * damping
-    at_start = np.zeros(9)
+    at_start = np.zeros(S.N_BASE)
     base_motion_at(0.0, packed.k, packed.drive, packed.table, at_start)
-    y[P.HOST :] = at_start[[0, 1, 3, 4, 2, 5]]
+    y[P.HOST :] = at_start[S.BASE_IN_STATE]
     for row in give.drive:
         axis, amplitude, omega, phase = row
         if omega > 0.0 and axis != AXES["z"]:

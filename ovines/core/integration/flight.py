@@ -8,7 +8,7 @@ from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.integration.disk_step import flight_step
 from ovines.core.system import parameters as P
-from ovines.core.system.host import ROTATION, host_after, host_starts, sprung_response
+from ovines.core.system.host import ROTATION, host_after, host_starts, rows_of, sprung_response
 from ovines.core.system.kinematics import in_host, place, relative_acceleration
 from ovines.core.system.packed import System
 from ovines.core.system.walls import gap_measure, safe_time
@@ -32,8 +32,16 @@ def glide(t0: float, s: float, y0: Floats, system: System, scratch: Floats, out:
     for i in range(P.ENERGIES, min(P.HOST, k[P.STATE_SIZE])):
         out[i] = y0[i]
     if k[P.STATE_SIZE] > P.HOST:
-        out[P.HOST], out[P.HOST + S.Y], out[P.HOST + S.ANGLE] = scratch[0], scratch[1], scratch[2]
-        out[P.HOST + S.VX], out[P.HOST + S.VY], out[P.HOST + S.SPIN] = scratch[3], scratch[4], scratch[5]
+        out[P.HOST], out[P.HOST + S.Y], out[P.HOST + S.ANGLE] = (
+            scratch[S.BASE_X],
+            scratch[S.BASE_Y],
+            scratch[S.BASE_ANGLE],
+        )
+        out[P.HOST + S.VX], out[P.HOST + S.VY], out[P.HOST + S.SPIN] = (
+            scratch[S.BASE_VX],
+            scratch[S.BASE_VY],
+            scratch[S.BASE_SPIN],
+        )
 
 
 @compiled
@@ -48,8 +56,8 @@ def glide_in_host(
     at[S.Y] = y0[S.Y] + s * (y0[S.VY] + 0.5 * s * gy)
     at[S.VX] = y0[S.VX] + s * gx
     at[S.VY] = y0[S.VY] + s * gy
-    at[S.HOST_X], at[S.HOST_Y], at[S.HOST_ANGLE] = scratch[0], scratch[1], scratch[2]
-    at[S.HOST_VX], at[S.HOST_VY], at[S.HOST_SPIN] = scratch[3], scratch[4], scratch[5]
+    at[S.HOST_X], at[S.HOST_Y], at[S.HOST_ANGLE] = scratch[S.BASE_X], scratch[S.BASE_Y], scratch[S.BASE_ANGLE]
+    at[S.HOST_VX], at[S.HOST_VY], at[S.HOST_SPIN] = scratch[S.BASE_VX], scratch[S.BASE_VY], scratch[S.BASE_SPIN]
     return in_host(at, k)
 
 
@@ -62,8 +70,8 @@ def acceleration_bound(t0: float, y0: Floats, p: Floats, k: Ints, drive: Floats)
         spin = abs(y0[P.HOST + S.SPIN])
     elif k[P.HOST_KIND] == P.SPRUNG:
         for axis in range(3):
-            at = P.HOST + (4 if axis == ROTATION else axis)
-            rate_at = P.HOST + (5 if axis == ROTATION else 2 + axis)
+            at, rate_at = rows_of(axis)
+            at, rate_at = P.HOST + at, P.HOST + rate_at
             inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
             stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
             q, rate = sprung_response(t0, axis, p, drive)
@@ -99,7 +107,7 @@ def quiet_room(system: System, scratch: Floats) -> float:
         damping = p[P.DAMPING_X + axis] * p[P.INVERSE_HOST_MASS]
         if stiffness <= 0.0:
             return -1.0
-        swing = math.sqrt(scratch[9 + axis] ** 2 + scratch[12 + axis] ** 2 / stiffness)
+        swing = math.sqrt(scratch[S.FREE_PLACES + axis] ** 2 + scratch[S.FREE_RATES + axis] ** 2 / stiffness)
         for row in range(drive.shape[0]):
             if int(drive[row, 0]) == axis:
                 omega = drive[row, 2]

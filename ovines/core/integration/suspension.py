@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled
 from ovines.core.system import parameters as P
 from ovines.core.system.host import ROTATION, base_motion, host_after, host_starts
@@ -32,8 +33,8 @@ def suspension_work(t0: float, start: float, stop: float, y: Floats, system: Sys
             host_after(t0, at, y, system, host)
             base_motion(t0 + at, k, drive, table, base)
             for axis in range(ROTATION + 1):
-                stretch, stretching = host[axis] - base[axis], host[3 + axis] - base[3 + axis]
+                stretch, stretching = host[axis] - base[axis], host[S.RATES + axis] - base[S.RATES + axis]
                 damping = p[P.DAMPING_X + axis]
                 force = p[P.STIFFNESS_X + axis] * stretch + damping * stretching
                 y[P.LOST_DAMPING] += 0.5 * width * _GAUSS_W[node] * damping * stretching * stretching
-                y[P.WORK] -= 0.5 * width * _GAUSS_W[node] * force * base[3 + axis]
+                y[P.WORK] -= 0.5 * width * _GAUSS_W[node] * force * base[S.RATES + axis]

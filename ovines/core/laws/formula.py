@@ -363,7 +363,7 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
             elif quantity.own == "turning":
                 # The formula writes it by the azimuth and the time.
                 for part in ("azimuth", "time"):
-                    out[QUANTITIES[part].symbol] = QUANTITIES[part].told
+                    out[QUANTITIES[part].symbol] = QUANTITIES[part].in_words
                 continue
-            out[quantity.symbol] = quantity.told + own
+            out[quantity.symbol] = quantity.in_words + own
     return list(out.items())

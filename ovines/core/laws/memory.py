@@ -2,7 +2,7 @@
 lately, and how far lately.
 
 What fades does so at a rate that a law has of its own.  The engine and the flights' fits keep it for a ladder of rates,
-each twice the one before, and a law reads between the rungs (a cubic in the logarithm of the rate)."""
+each twice the one before, and a law reads between the rates (a cubic in the logarithm of the rate)."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ def slid_on(
 
 @compiled
 def _between(scale: float, least: float, count: int) -> tuple[int, float]:
-    """The rung of a ladder with which a cubic through four begins, and how far after it ``scale`` lies, in rungs."""
+    """The entry of a ladder with which a cubic through four begins, and how far after it ``scale`` lies, in entries."""
     place = min(max(math.log(scale / least) / math.log(2.0), 0.0), count - 1.0)
-    rung = min(max(int(place) - 1, 0), count - 4)
-    return rung, place - rung
+    entry = min(max(int(place) - 1, 0), count - 4)
+    return entry, place - entry
 
 
 @compiled
@@ -79,8 +79,8 @@ def trail(length_m: float, known: Floats) -> tuple[float, float]:
     """Mean direction of the way just slid as it fades within ``length_m``, along x and y (1: straight on)."""
     if known[W.MEMORY_M] <= 0.0:
         return 0.0, 0.0
-    rung, x = _between(length_m, LEAST_TRAIL * known[W.MEMORY_M], W.TRAILS)
-    i = W.WAY + TRAIL + 2 * rung
+    entry, x = _between(length_m, LEAST_TRAIL * known[W.MEMORY_M], W.TRAILS)
+    i = W.WAY + TRAIL + 2 * entry
     return (
         _cubic(x, known[i], known[i + 2], known[i + 4], known[i + 6]),
         _cubic(x, known[i + 1], known[i + 3], known[i + 5], known[i + 7]),
@@ -92,6 +92,6 @@ def way_lately(fades_s: float, known: Floats) -> float:
     """Way just slid (m) as it fades within ``fades_s``."""
     if known[W.MEMORY_S] <= 0.0:
         return 0.0
-    rung, x = _between(fades_s, LEAST_LATELY * known[W.MEMORY_S], W.LATELIES)
-    i = W.WAY + LATELY + rung
+    entry, x = _between(fades_s, LEAST_LATELY * known[W.MEMORY_S], W.LATELIES)
+    i = W.WAY + LATELY + entry
     return _cubic(x, known[i], known[i + 1], known[i + 2], known[i + 3])

@@ -78,7 +78,7 @@ class Quantity:
     meaning: str
 
     @property
-    def told(self) -> str:
+    def in_words(self) -> str:
         """What it is, without which laws may follow it."""
         return self.meaning.partition(";")[0]
 

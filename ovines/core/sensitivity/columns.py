@@ -8,6 +8,7 @@ import numpy as np
 
 from ovines.core.ensemble import STATE_PLACES
 from ovines.core.refusal import ScenarioError
+from ovines.core.sensitivity import tangents as T
 from ovines.core.system import parameters as P
 from ovines.core.system.packed import Packed
 
@@ -18,8 +19,6 @@ from ovines.core.system.packed import Packed
 ) = range(13)  # fmt: skip
 N_Q = 13
 
-# Rows of a tangent of the state: NES x, y, vx, vy, angle, spin, then the Host's six.
-N_ROWS = 12
 NUMBERS = {
     "restitution": Q_RESTITUTION, "wall_friction": Q_WALL_FRICTION, "tangential_restitution": Q_REVERSAL,
     "floor_friction": Q_FLOOR, "drive_amplitude_factor": Q_AMPLITUDE, "drive_frequency_factor": Q_FREQUENCY,
@@ -32,7 +31,7 @@ NAMES = (*STATE_PLACES, *NUMBERS, *SIZES)
 def row_of(name: str) -> int:
     """Row of a state's name among the twelve."""
     place = STATE_PLACES[name]
-    return place if place < P.ENERGIES else place - P.HOST + 6
+    return place if place < P.ENERGIES else place - P.HOST + T.HOST_X
 
 
 def names_for(packed: Packed) -> tuple[str, ...]:
@@ -52,7 +51,7 @@ def tangents_of(packed: Packed, names: Sequence[str]) -> tuple[np.ndarray, np.nd
     """Tangents (12, m) of the start and (13, m) of the numbers, a column per name; refuses what is not there."""
     known = names_for(packed)
     p = packed.p
-    state, numbers = np.zeros((N_ROWS, len(names))), np.zeros((N_Q, len(names)))
+    state, numbers = np.zeros((T.N_ROWS, len(names))), np.zeros((N_Q, len(names)))
     for j, name in enumerate(names):
         if name not in known or name in names[:j]:
             raise ScenarioError(

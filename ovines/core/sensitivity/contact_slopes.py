@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled
+from ovines.core.sensitivity import tangents as T
 from ovines.core.sensitivity.columns import (
     Q_CONTACT,
     Q_INVERSE_INERTIA,
@@ -17,14 +18,24 @@ from ovines.core.sensitivity.columns import (
 )
 from ovines.core.sensitivity.flight_slopes import flight_tangents
 from ovines.core.sensitivity.host_slopes import host_tangents
+from ovines.core.sensitivity.tangents import (
+    GAP,
+    K_NN,
+    K_NT,
+    K_TT,
+    LEVER_N,
+    LEVER_T,
+    NORMAL,
+    RVX,
+    RVY,
+    SLIPS,
+    TURN,
+    Columns,
+)
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import contact_bias, free_accelerations
 from ovines.core.system.kinematics import inverse_mass, levers, normal_here, place, relative_acceleration
 from ovines.core.system.packed import Contact, Face, System
-
-# Rows of what the contact's geometry does: turn of the normal, gap, relative velocity (x, y; normal; slip), the Host's
-# lever arms, the inverse masses.
-TURN, GAP, RVX, RVY, NORMAL, SLIPS, LEVER_N, LEVER_T, K_NN, K_NT, K_TT = range(11)
 
 
 @compiled
@@ -46,18 +57,20 @@ def geometry_tangents(
     for j in range(s.shape[1]):
         own = j < q.shape[1]
         larger = q[Q_RADIUS, j] if own else 0.0
-        dx, dy = s[0, j] - s[6, j], s[1, j] - s[7, j]
+        dx, dy = s[S.X, j] - s[T.HOST_X, j], s[S.Y, j] - s[T.HOST_Y, j]
         dn, dt = dx * nx + dy * ny, dy * nx - dx * ny
-        angle = s[10, j] * (1.0 - bent * rn) + bent * dt
+        angle = s[T.HOST_ANGLE, j] * (1.0 - bent * rn) + bent * dt
         room = 0.0
         if own:
             room = q[Q_CONTACT, j] if wall == P.ROUND else (-q[Q_OBSTACLE, j] if wall == P.OBSTACLE else -larger)
-        dvx = s[2, j] - s[8, j] + s[11, j] * ry + turn * dy
-        dvy = s[3, j] - s[9, j] - s[11, j] * rx - turn * dx
-        g[TURN, j], g[GAP, j] = angle, room - dn - s[10, j] * rt
+        dvx = s[S.VX, j] - s[T.HOST_VX, j] + s[T.HOST_SPIN, j] * ry + turn * dy
+        dvy = s[S.VY, j] - s[T.HOST_VY, j] - s[T.HOST_SPIN, j] * rx - turn * dx
+        g[TURN, j], g[GAP, j] = angle, room - dn - s[T.HOST_ANGLE, j] * rt
         g[RVX, j], g[RVY, j] = dvx, dvy
         g[NORMAL, j] = dvx * nx + dvy * ny + vt * angle
-        g[SLIPS, j] = dvy * nx - dvx * ny - vn * angle + larger * (spin - turn) + radius * (s[5, j] - s[11, j])
+        g[SLIPS, j] = (
+            dvy * nx - dvx * ny - vn * angle + larger * (spin - turn) + radius * (s[S.SPIN, j] - s[T.HOST_SPIN, j])
+        )
         lever_n, lever_t = dn + rt * angle + larger, dt - rn * angle
         if host_t == 0.0:
             lever_t = 0.0
@@ -70,10 +83,9 @@ def geometry_tangents(
 
 
 @compiled
-def push_tangents(
-    face: Face, at: Floats, p: Floats, g: Floats, q: Floats, forces: Floats, d_forces: Floats, out: Floats
-) -> None:
-    """Add what tangents ``d_forces`` (2, m) of the contact's ``forces`` (normal, tangential) do to ``out`` (12, m)."""
+def push_tangents(face: Face, at: Floats, p: Floats, columns: Columns, out: Floats) -> None:
+    """Add what the tangents of the contact's forces (normal, tangential), both in the room, do to ``out`` (12, m)."""
+    q, g, forces, d_forces = columns.q, columns.room.geometry, columns.room.forces, columns.room.d_forces
     nx, ny = face.x, face.y
     normal, along = forces[0], forces[1]
     fx, fy = normal * nx - along * ny, normal * ny + along * nx
@@ -82,37 +94,36 @@ def push_tangents(
     for j in range(q.shape[1]):
         dn, dt, angle = d_forces[0, j], d_forces[1, j], g[TURN, j]
         dfx, dfy = dn * nx - dt * ny - fy * angle, dn * ny + dt * nx + fx * angle
-        out[2, j] += dfx / p[P.MASS] + fx * q[Q_INVERSE_MASS, j]
-        out[3, j] += dfy / p[P.MASS] + fy * q[Q_INVERSE_MASS, j]
-        out[5, j] += (q[Q_RADIUS, j] * along + radius * dt) / p[P.INERTIA] + radius * along * q[Q_INVERSE_INERTIA, j]
+        out[S.VX, j] += dfx / p[P.MASS] + fx * q[Q_INVERSE_MASS, j]
+        out[S.VY, j] += dfy / p[P.MASS] + fy * q[Q_INVERSE_MASS, j]
+        out[S.SPIN, j] += (q[Q_RADIUS, j] * along + radius * dt) / p[P.INERTIA] + radius * along * q[
+            Q_INVERSE_INERTIA, j
+        ]
         if p[P.INVERSE_HOST_MASS] > 0.0:
-            out[8, j] -= dfx * p[P.INVERSE_HOST_MASS]
-            out[9, j] -= dfy * p[P.INVERSE_HOST_MASS]
+            out[T.HOST_VX, j] -= dfx * p[P.INVERSE_HOST_MASS]
+            out[T.HOST_VY, j] -= dfy * p[P.INVERSE_HOST_MASS]
             turned = g[LEVER_N, j] * along + host_n * dt - g[LEVER_T, j] * normal - host_t * dn
-            out[11, j] -= turned * p[P.INVERSE_HOST_INERTIA]
+            out[T.HOST_SPIN, j] -= turned * p[P.INVERSE_HOST_INERTIA]
 
 
 @compiled
 def contact_tangents(
-    t: float, y: Floats, contact: Contact, system: System, work: Floats, s: Floats, q: Floats, room: Floats, ds: Floats
+    t: float, y: Floats, contact: Contact, system: System, work: Floats, columns: Columns, ds: Floats
 ) -> None:
     """Slopes of the tangents in flight, or sliding or rolling along a wall: :func:`derivatives`.
 
-    ``room`` (40, m + 1) holds what is needed on the way; a driven Host's rows of ``s`` are filled.
+    A driven Host's rows of the tangents are filled.
     """
     p, k = system.p, system.k
     scratch, at, free = work[P.SCRATCH], work[P.PLACE], work[P.SPARE]
-    base = room[0:9, 0:3]
-    turning = room[9:12]
-    friction = room[12, :15]
-    g = room[13:24]
-    forces, d_forces = room[24, :2], room[25:27]
+    s, q, room = columns.s, columns.q, columns.room
+    turning, g, forces, d_forces = room.turning, room.geometry, room.forces, room.d_forces
     kind = k[P.HOST_KIND]
     m = q.shape[1]
     place(t, y, system, scratch, at)
     if kind == P.DRIVEN:
-        host_tangents(t, system, s, q, base, turning)
-    flight_tangents(t, y, at, system, s, q, friction, base, ds)
+        host_tangents(t, system, columns)
+    flight_tangents(t, y, at, system, columns, ds)
     if contact.mode == P.FLIGHT:
         return
     free_accelerations(t, y, at, system, scratch, free)
@@ -137,12 +148,12 @@ def contact_tangents(
         forces[0] = -(k_tt * bias_n - k_nt * bias_t) / determinant
         forces[1] = -(k_nn * bias_t - k_nt * bias_n) / determinant
     for j in range(m):
-        dax, day, dalpha = ds[2, j], ds[3, j], 0.0
+        dax, day, dalpha = ds[S.VX, j], ds[S.VY, j], 0.0
         if kind == P.DRIVEN:
             dax, day, dalpha = dax - turning[0, j], day - turning[1, j], turning[2, j]
         elif kind != P.FIXED:
-            dax, day, dalpha = dax - ds[8, j], day - ds[9, j], ds[11, j]
-        dx, dy, dspin = s[0, j] - s[6, j], s[1, j] - s[7, j], s[11, j]
+            dax, day, dalpha = dax - ds[T.HOST_VX, j], day - ds[T.HOST_VY, j], ds[T.HOST_SPIN, j]
+        dx, dy, dspin = s[S.X, j] - s[T.HOST_X, j], s[S.Y, j] - s[T.HOST_Y, j], s[T.HOST_SPIN, j]
         angle, dvx, dvy = g[TURN, j], g[RVX, j], g[RVY, j]
         dbx = dax + dalpha * ry + alpha * dy + spin * (2.0 * dspin * rx + spin * dx) + 2.0 * (dspin * vy + spin * dvy)
         dby = day - dalpha * rx - alpha * dx + spin * (2.0 * dspin * ry + spin * dy) - 2.0 * (dspin * vx + spin * dvx)
@@ -155,7 +166,7 @@ def contact_tangents(
         d_n += 2.0 * bent * along * (dvy * nx - dvx * ny - vn * angle)
         dn, dt = dx * nx + dy * ny, dy * nx - dx * ny
         d_t = day * nx - dax * ny - (ax * nx + ay * ny) * angle + q[Q_RADIUS, j] * (free[S.SPIN] - alpha)
-        d_t += radius * (ds[5, j] - dalpha) - dalpha * rn - alpha * (dn + rt * angle)
+        d_t += radius * (ds[S.SPIN, j] - dalpha) - dalpha * rn - alpha * (dn + rt * angle)
         d_t += spin * (2.0 * dspin * rt + spin * (dt - rn * angle))
         if contact.mode == P.SLIDE:
             d_rub = contact.side * q[Q_WALL_FRICTION, j]
@@ -167,4 +178,4 @@ def contact_tangents(
             rest_t = -d_t - g[K_NT, j] * forces[0] - g[K_TT, j] * forces[1]
             d_forces[0, j] = (k_tt * rest_n - k_nt * rest_t) / determinant
             d_forces[1, j] = (k_nn * rest_t - k_nt * rest_n) / determinant
-    push_tangents(face, at, p, g, q, forces, d_forces, ds)
+    push_tangents(face, at, p, columns, ds)

@@ -11,6 +11,7 @@ import math
 
 from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled, inlined
+from ovines.core.sensitivity import tangents as T
 from ovines.core.sensitivity.columns import (
     Q_AMPLITUDE,
     Q_FLOOR,
@@ -21,9 +22,10 @@ from ovines.core.sensitivity.columns import (
     Q_RADIUS,
 )
 from ovines.core.sensitivity.host_slopes import drive_slopes, load_slope
+from ovines.core.sensitivity.tangents import Columns
 from ovines.core.system import parameters as P
 from ovines.core.system.friction import SATURATED, farkas_slope, smooth_step
-from ovines.core.system.host import ROTATION, vertical_acceleration
+from ovines.core.system.host import ROTATION, rows_of, vertical_acceleration
 from ovines.core.system.packed import System
 
 
@@ -84,10 +86,9 @@ def floor_slopes(
 
 
 @compiled
-def floor_tangents(
-    t: float, y: Floats, at: Floats, system: System, s: Floats, q: Floats, friction: Floats, ds: Floats
-) -> None:
+def floor_tangents(t: float, y: Floats, at: Floats, system: System, columns: Columns, ds: Floats) -> None:
     """The floor's part: :func:`ovines.core.system.dynamics.floor`."""
+    s, q, f = columns.s, columns.q, columns.room.friction
     p, k = system.p, system.k
     grounded = k[P.ON_GROUND] != 0
     moving = (k[P.HOST_KIND] == P.FREE or k[P.HOST_KIND] == P.SPRUNG) and not grounded
@@ -99,15 +100,14 @@ def floor_tangents(
         load += vertical_acceleration(t, k, system.drive, system.table)
     wears = 1.0 + p[P.DRIFT_PER_S] * t
     strength = max(p[P.FLOOR_FRICTION] * wears, 0.0) * max(load, 0.0)
-    floor_slopes(vx, vy, y[S.SPIN] - turn, p[P.RADIUS], p[P.REGULARISATION], p[P.COUPLING], friction)
-    f = friction
+    floor_slopes(vx, vy, y[S.SPIN] - turn, p[P.RADIUS], p[P.REGULARISATION], p[P.COUPLING], f)
     mass, per_inertia = p[P.MASS], p[P.MASS] / p[P.INERTIA]
     for j in range(q.shape[1]):
-        sx, sy, spin = s[2, j], s[3, j], s[5, j]
+        sx, sy, spin = s[S.VX, j], s[S.VY, j], s[S.SPIN, j]
         if not grounded:
-            sx += -s[8, j] + s[11, j] * ry + turn * (s[1, j] - s[7, j])
-            sy += -s[9, j] - s[11, j] * rx - turn * (s[0, j] - s[6, j])
-            spin -= s[11, j]
+            sx += -s[T.HOST_VX, j] + s[T.HOST_SPIN, j] * ry + turn * (s[S.Y, j] - s[T.HOST_Y, j])
+            sy += -s[T.HOST_VY, j] - s[T.HOST_SPIN, j] * rx - turn * (s[S.X, j] - s[T.HOST_X, j])
+            spin -= s[T.HOST_SPIN, j]
         stronger = q[Q_FLOOR, j] * max(wears, 0.0) * max(load, 0.0)
         if not grounded and load > 0.0:
             stronger += max(p[P.FLOOR_FRICTION] * wears, 0.0) * load_slope(t, q, j, system)
@@ -115,52 +115,56 @@ def floor_tangents(
         ax = strength * (f[3] * sx + f[4] * sy + f[5] * spin + f[6] * radius) + stronger * f[0]
         ay = strength * (f[7] * sx + f[8] * sy + f[9] * spin + f[10] * radius) + stronger * f[1]
         torque = strength * (f[11] * sx + f[12] * sy + f[13] * spin + f[14] * radius) + stronger * f[2]
-        ds[2, j] += ax
-        ds[3, j] += ay
+        ds[S.VX, j] += ax
+        ds[S.VY, j] += ay
         changed = q[Q_MASS, j] / p[P.INERTIA] + mass * q[Q_INVERSE_INERTIA, j]
-        ds[5, j] += torque * per_inertia + strength * f[2] * changed
+        ds[S.SPIN, j] += torque * per_inertia + strength * f[2] * changed
         if moving:
             heavier = q[Q_MASS, j] * strength
-            ds[8, j] -= (ax * mass + f[0] * heavier) * p[P.INVERSE_HOST_MASS]
-            ds[9, j] -= (ay * mass + f[1] * heavier) * p[P.INVERSE_HOST_MASS]
-            arm = rx * ay - ry * ax + strength * ((s[0, j] - s[6, j]) * f[1] - (s[1, j] - s[7, j]) * f[0])
+            ds[T.HOST_VX, j] -= (ax * mass + f[0] * heavier) * p[P.INVERSE_HOST_MASS]
+            ds[T.HOST_VY, j] -= (ay * mass + f[1] * heavier) * p[P.INVERSE_HOST_MASS]
+            arm = (
+                rx * ay
+                - ry * ax
+                + strength * ((s[S.X, j] - s[T.HOST_X, j]) * f[1] - (s[S.Y, j] - s[T.HOST_Y, j]) * f[0])
+            )
             whole = f[2] + rx * f[1] - ry * f[0]
-            ds[11, j] -= ((torque + arm) * mass + whole * heavier) * p[P.INVERSE_HOST_INERTIA]
+            ds[T.HOST_SPIN, j] -= ((torque + arm) * mass + whole * heavier) * p[P.INVERSE_HOST_INERTIA]
 
 
 @compiled
-def flight_tangents(
-    t: float, y: Floats, at: Floats, system: System, s: Floats, q: Floats, friction: Floats, base: Floats, ds: Floats
-) -> None:
+def flight_tangents(t: float, y: Floats, at: Floats, system: System, columns: Columns, ds: Floats) -> None:
     """Slopes of the tangents without wall force: :func:`ovines.core.system.dynamics.free_accelerations`."""
     p, k = system.p, system.k
+    s, q, base = columns.s, columns.q, columns.room.base
     kind = k[P.HOST_KIND]
     moving = kind == P.FREE or kind == P.SPRUNG
     m = q.shape[1]
     for j in range(m):
-        ds[0, j], ds[1, j], ds[4, j] = s[2, j], s[3, j], s[5, j]
-        ds[2, j], ds[3, j], ds[5, j] = 0.0, 0.0, 0.0
+        ds[S.X, j], ds[S.Y, j], ds[S.ANGLE, j] = s[S.VX, j], s[S.VY, j], s[S.SPIN, j]
+        ds[S.VX, j], ds[S.VY, j], ds[S.SPIN, j] = 0.0, 0.0, 0.0
         if moving:
-            ds[6, j], ds[7, j], ds[10, j] = s[8, j], s[9, j], s[11, j]
-            ds[8, j], ds[9, j], ds[11, j] = 0.0, 0.0, 0.0
+            ds[T.HOST_X, j], ds[T.HOST_Y, j], ds[T.HOST_ANGLE, j] = s[T.HOST_VX, j], s[T.HOST_VY, j], s[T.HOST_SPIN, j]
+            ds[T.HOST_VX, j], ds[T.HOST_VY, j], ds[T.HOST_SPIN, j] = 0.0, 0.0, 0.0
     if p[P.VISCOUS_DRAG] != 0.0 or p[P.AIR_DRAG] != 0.0:
         speed = math.hypot(y[S.VX], y[S.VY])
         rate = p[P.VISCOUS_DRAG] + p[P.AIR_DRAG] * speed
         steep = p[P.AIR_DRAG] / speed if speed > 0.0 else 0.0
         for j in range(m):
-            along = steep * (y[S.VX] * s[2, j] + y[S.VY] * s[3, j])
-            ds[2, j] -= rate * s[2, j] + along * y[S.VX]
-            ds[3, j] -= rate * s[3, j] + along * y[S.VY]
+            along = steep * (y[S.VX] * s[S.VX, j] + y[S.VY] * s[S.VY, j])
+            ds[S.VX, j] -= rate * s[S.VX, j] + along * y[S.VX]
+            ds[S.VY, j] -= rate * s[S.VY, j] + along * y[S.VY]
     if kind == P.SPRUNG:
         drive_slopes(t, system.drive, base)
         for axis in range(3):
-            place_row, rate_row = (10, 11) if axis == ROTATION else (6 + axis, 8 + axis)
+            place, rate = rows_of(axis)
+            place_row, rate_row = T.HOST_X + place, T.HOST_X + rate
             inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
             stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
             for j in range(m):
                 a, f, phase = q[Q_AMPLITUDE, j], q[Q_FREQUENCY, j], q[Q_PHASE, j]
                 ground = base[axis, 0] * a + base[axis, 1] * f + base[axis, 2] * phase
-                rate = base[3 + axis, 0] * a + base[3 + axis, 1] * f + base[3 + axis, 2] * phase
-                ds[rate_row, j] -= stiffness * (s[place_row, j] - ground) + damping * (s[rate_row, j] - rate)
+                moving = base[S.RATES + axis, 0] * a + base[S.RATES + axis, 1] * f + base[S.RATES + axis, 2] * phase
+                ds[rate_row, j] -= stiffness * (s[place_row, j] - ground) + damping * (s[rate_row, j] - moving)
     if p[P.FLOOR_FRICTION] > 0.0:
-        floor_tangents(t, y, at, system, s, q, friction, ds)
+        floor_tangents(t, y, at, system, columns, ds)

@@ -27,13 +27,15 @@ from ovines.core.engine import can_rest
 from ovines.core.integration.disk_step import flight_slopes, flight_step, smooth_span
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative
 from ovines.core.integration.stepper import next_size, step
+from ovines.core.sensitivity import tangents as T
 from ovines.core.sensitivity.columns import Q_AMPLITUDE, Q_FREQUENCY, Q_PHASE
 from ovines.core.sensitivity.host_slopes import host_tangents, response_slopes
 from ovines.core.sensitivity.strike import flow, hold_tangents, leave_event, slip_ends_tangents, strike_tangents
-from ovines.core.sensitivity.tangent_step import N_QUICK, N_ROOM, Tangents, step_tangents
+from ovines.core.sensitivity.tangent_step import N_QUICK, Tangents, step_tangents
+from ovines.core.sensitivity.tangents import Columns, empty_room
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import PUSH, derivatives
-from ovines.core.system.host import ROTATION, decay
+from ovines.core.system.host import ROTATION, decay, rows_of
 from ovines.core.system.packed import Contact, System
 
 FOLLOWED, GRAZED, CORNERED, FULL = range(4)  # how a run with tangents ends
@@ -54,39 +56,53 @@ class Found(NamedTuple):
     delays: Floats
 
 
+class Meeting(NamedTuple):
+    """A meeting with a wall: the state before it (19,), the impact's record, the tangents of its instant (m,)."""
+
+    before: Floats
+    record: Floats
+    delay: Floats
+
+
 @compiled
 def glide_tangents(t: float, s: float, system: System, tangents: Tangents) -> None:
     """Closed-form flight: :func:`ovines.core.integration.flight.glide`, in place."""
     p, k = system.p, system.k
-    x, q, room = tangents.s, tangents.q, tangents.room
+    x, q, room = tangents.columns.s, tangents.columns.q, tangents.columns.room
     kind = k[P.HOST_KIND]
-    before, after = room[0:6, 0:3], room[6:12, 0:3]
+    before, after = room.response, room.response_after
     if kind == P.SPRUNG:
         response_slopes(t, p, system.drive, before)
         response_slopes(t + s, p, system.drive, after)
     for j in range(q.shape[1]):
-        x[0, j] += s * x[2, j]
-        x[1, j] += s * x[3, j]
-        x[4, j] += s * x[5, j]
+        x[S.X, j] += s * x[S.VX, j]
+        x[S.Y, j] += s * x[S.VY, j]
+        x[S.ANGLE, j] += s * x[S.SPIN, j]
         if kind == P.FREE:
-            x[6, j] += s * x[8, j]
-            x[7, j] += s * x[9, j]
-            x[10, j] += s * x[11, j]
+            x[T.HOST_X, j] += s * x[T.HOST_VX, j]
+            x[T.HOST_Y, j] += s * x[T.HOST_VY, j]
+            x[T.HOST_ANGLE, j] += s * x[T.HOST_SPIN, j]
     if kind == P.DRIVEN:
-        host_tangents(t + s, system, x, q, room[0:9, 0:3], room[9:12])
+        host_tangents(t + s, system, tangents.columns)
     if kind != P.SPRUNG:
         return
     for axis in range(3):
-        at, rate = (10, 11) if axis == ROTATION else (6 + axis, 8 + axis)
+        place, rate = rows_of(axis)
+        at, rate = T.HOST_X + place, T.HOST_X + rate
         inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
         stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
         sine, cosine = decay(stiffness, damping, s)
         for j in range(q.shape[1]):
             a, f, phase = q[Q_AMPLITUDE, j], q[Q_FREQUENCY, j], q[Q_PHASE, j]
             q0 = x[at, j] - before[axis, 0] * a - before[axis, 1] * f - before[axis, 2] * phase
-            v0 = x[rate, j] - before[3 + axis, 0] * a - before[3 + axis, 1] * f - before[3 + axis, 2] * phase
+            v0 = (
+                x[rate, j]
+                - before[S.RATES + axis, 0] * a
+                - before[S.RATES + axis, 1] * f
+                - before[S.RATES + axis, 2] * phase
+            )
             q1 = after[axis, 0] * a + after[axis, 1] * f + after[axis, 2] * phase
-            v1 = after[3 + axis, 0] * a + after[3 + axis, 1] * f + after[3 + axis, 2] * phase
+            v1 = after[S.RATES + axis, 0] * a + after[S.RATES + axis, 1] * f + after[S.RATES + axis, 2] * phase
             x[at, j] = q1 + q0 * (cosine + 0.5 * damping * sine) + v0 * sine
             x[rate, j] = v1 - stiffness * q0 * sine + v0 * (cosine - 0.5 * damping * sine)
 
@@ -106,10 +122,10 @@ def fly_tangents(
     while t < end:
         if k[P.ON_GROUND] and can_rest(y, system):
             y[S.VX], y[S.VY] = 0.0, 0.0
-            tangents.s[2:4, :] = 0.0
+            tangents.columns.s[S.VX : S.VY + 1, :] = 0.0
             if p[P.COUPLING] > 0.0:
                 y[S.SPIN] = 0.0
-                tangents.s[5, :] = 0.0
+                tangents.columns.s[S.SPIN, :] = 0.0
             return t, -2
         s = asked = smooth_span(t, y, min(h, end - t), system, work[0])
         error = flight_step(t, y, s, 0.0, system, work, trial)
@@ -148,11 +164,12 @@ def hug_tangents(
 ) -> tuple[float, int, int, Contact]:
     """:func:`ovines.core.contact.along_wall.follow_wall` with tangents: also the mode in which it ends."""
     p, k = system.p, system.k
-    s, q, room = tangents.s, tangents.q, tangents.room
-    delay, after = np.zeros(q.shape[1]), np.zeros(12)
+    columns = tangents.columns
+    s = columns.s
+    delay, after = np.zeros(columns.q.shape[1]), np.zeros(T.N_ROWS)
     mode, side = start_mode(t, y, wall, system, work)
     stand_on(t, y, mode, wall, system, work)
-    hold_tangents(t, y, mode, wall, system, work, s, q, room)
+    hold_tangents(t, y, mode, wall, system, work, columns)
     h = 1e-2 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
     while t < end:
         contact = Contact(mode, wall, side)
@@ -173,16 +190,16 @@ def hug_tangents(
             y[j] = trial[j]
         t += size
         if k[P.HOST_KIND] == P.DRIVEN:
-            host_tangents(t, system, s, q, room[0:9, 0:3], room[9:12])
+            host_tangents(t, system, columns)
         if event == STICKS:
-            slip_ends_tangents(t, y, contact, system, work, s, q, room, delay)
+            slip_ends_tangents(t, y, contact, system, work, columns, delay)
             mode, side = turn_over(t, y, wall, side, system, work)
             leave_event(t, y, Contact(mode, wall, side), system, work, s, delay, after)
         elif event == SLIPS:
             side = -1.0 if work_need(t, y, wall, system, work) > 0.0 else 1.0
             mode = P.SLIDE
         stand_on(t, y, mode, wall, system, work)
-        hold_tangents(t, y, mode, wall, system, work, s, q, room)
+        hold_tangents(t, y, mode, wall, system, work, columns)
         if event == RELEASED or event == HITS:
             return t, event, concerned, Contact(mode, wall, side)
         h = next_size(size, error) if event == GOES_ON else 1e-3 * p[P.MAX_STEP]
@@ -217,22 +234,21 @@ def renormalise(s: Floats, m: int, kept: Floats, logs: Floats) -> None:
 
 @compiled
 def meet_wall(
-    t: float, y: Floats, wall: int, contact: Contact, system: System, work: Floats, before: Floats, tangents: Tangents,
-    delay: Floats, record: Floats,
-) -> tuple[int, Contact, bool]:  # fmt: skip
+    t: float, y: Floats, wall: int, contact: Contact, system: System, work: Floats, columns: Columns, meeting: Meeting
+) -> tuple[int, Contact, bool]:
     """Resolve a contact with its tangents, in place: how it went, the mode after it, whether it was an impact."""
-    k, s, q, room = system.k, tangents.s, tangents.q, tangents.room
-    m, after = q.shape[1], room[27, :12]
+    k, s, after, delay = system.k, columns.s, columns.room.flow, meeting.delay
+    m = columns.q.shape[1]
     if k[P.HOST_KIND] == P.DRIVEN:
-        host_tangents(t, system, s, q, room[0:9, 0:3], room[9:12])
+        host_tangents(t, system, columns)
     flow(t, y, contact, system, work, after)
-    for i in range(12):
+    for i in range(T.N_ROWS):
         s[i, m] = after[i]
-    copy_into(before, y)
-    mode, _duration, counted = resolve(t, y, wall, system, work, record)
+    copy_into(meeting.before, y)
+    mode, _duration, counted = resolve(t, y, wall, system, work, meeting.record)
     delay[:] = 0.0
     if counted:
-        if not strike_tangents(t, before, wall, system, work, s, q, room, delay):
+        if not strike_tangents(t, meeting.before, wall, system, work, columns, delay):
             return GRAZED, contact, False
     elif mode == P.FLIGHT:
         return GRAZED, contact, False
@@ -245,7 +261,7 @@ def meet_wall(
     if counted:
         leave_event(t, y, then, system, work, s, delay, after)
     if mode != P.FLIGHT:
-        hold_tangents(t, y, mode, wall, system, work, s, q, room)
+        hold_tangents(t, y, mode, wall, system, work, columns)
     return FOLLOWED, then, counted
 
 
@@ -255,12 +271,12 @@ def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found:
 
     Returns how it ended (FOLLOWED, or why it cannot go on), the time, and the number of impacts.
     """
-    p, k = system.p, system.k
-    m = q.shape[1]
-    work, record, before = np.zeros((P.N_WORK, P.N_STATE)), np.zeros(P.N_IMPACT), np.zeros(P.N_STATE)
-    trial, delay = np.zeros(P.N_STATE), np.zeros(m)
+    p, k, m = system.p, system.k, q.shape[1]
+    columns = Columns(s, q, empty_room(m))
+    work, trial = np.zeros((P.N_WORK, P.N_STATE)), np.zeros(P.N_STATE)
+    meeting = Meeting(np.zeros(P.N_STATE), np.zeros(P.N_IMPACT), np.zeros(m))
     tangents = Tangents(
-        s, q, np.zeros((N_ROOM, max(m + 1, 16))), np.zeros((12, 12, m)), np.zeros((12, m)), np.zeros((N_QUICK, 24)),
+        columns, np.zeros((12, T.N_ROWS, m)), np.zeros((T.N_ROWS, m)), np.zeros((N_QUICK, 24)),
         np.zeros((3, P.N_STATE)), np.full(1, np.inf),
     )  # fmt: skip
     t, grace, n_impacts = begin, 0.0, 0
@@ -294,21 +310,21 @@ def follow(system: System, y: Floats, s: Floats, q: Floats, begin: float, found:
                     grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
             if not struck:
                 continue
-            how, contact, counted = meet_wall(t, y, wall, contact, system, work, before, tangents, delay, record)
+            how, contact, counted = meet_wall(t, y, wall, contact, system, work, columns, meeting)
             if counted:
                 if n_impacts < found.impacts.shape[0]:
                     found.impacts[n_impacts, 0], found.impacts[n_impacts, 1] = t, wall
-                    found.impacts[n_impacts, 2] = record[P.NORMAL_BEFORE]
-                    found.delays[n_impacts, :] = delay
+                    found.impacts[n_impacts, 2] = meeting.record[P.NORMAL_BEFORE]
+                    found.delays[n_impacts, :] = meeting.delay
                 n_impacts += 1
             if how != FOLLOWED or n_impacts > k[P.MAX_IMPACTS]:
                 return (how if how != FOLLOWED else FULL), t, n_impacts
         if driven:
-            host_tangents(t, system, s, q, tangents.room[0:9, 0:3], tangents.room[9:12])
+            host_tangents(t, system, columns)
         found.states[stop, :] = y
         if found.logs.shape[0] > 0:
             renormalise(s[:, :m], m, found.kept, found.logs[stop])
-        for i in range(12):
+        for i in range(T.N_ROWS):
             for j in range(m):
                 found.tangents[stop, i, j] = s[i, j]
     return FOLLOWED, t, n_impacts

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import math
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled
+from ovines.core.sensitivity import tangents as T
 from ovines.core.sensitivity.columns import Q_AMPLITUDE, Q_FREQUENCY, Q_PHASE
+from ovines.core.sensitivity.tangents import Columns
 from ovines.core.system import parameters as P
-from ovines.core.system.host import ROTATION, Z
+from ovines.core.system.host import ROTATION, Z, rows_of
 from ovines.core.system.packed import System
 
 
@@ -28,14 +31,14 @@ def drive_slopes(t: float, drive: Floats, out: Floats) -> None:
         argument = omega * t + drive[row, 3]
         sine, cosine = amplitude * math.sin(argument), amplitude * math.cos(argument)
         out[axis, 0] += sine
-        out[3 + axis, 0] += omega * cosine
-        out[6 + axis, 0] -= omega * omega * sine
+        out[S.RATES + axis, 0] += omega * cosine
+        out[S.SECOND_RATES + axis, 0] -= omega * omega * sine
         out[axis, 1] += omega * t * cosine
-        out[3 + axis, 1] += omega * (cosine - omega * t * sine)
-        out[6 + axis, 1] -= omega * omega * (2.0 * sine + omega * t * cosine)
+        out[S.RATES + axis, 1] += omega * (cosine - omega * t * sine)
+        out[S.SECOND_RATES + axis, 1] -= omega * omega * (2.0 * sine + omega * t * cosine)
         out[axis, 2] += cosine
-        out[3 + axis, 2] -= omega * sine
-        out[6 + axis, 2] -= omega * omega * cosine
+        out[S.RATES + axis, 2] -= omega * sine
+        out[S.SECOND_RATES + axis, 2] -= omega * omega * cosine
 
 
 @compiled
@@ -59,31 +62,28 @@ def response_slopes(t: float, p: Floats, drive: Floats, out: Floats) -> None:
         by_amplitude, by_frequency = gain * turned, omega * (change + 1j * t * gain) * turned
         by_phase = 1j * gain * turned
         out[axis, 0] += by_amplitude.imag
-        out[3 + axis, 0] += omega * by_amplitude.real
+        out[S.RATES + axis, 0] += omega * by_amplitude.real
         out[axis, 1] += by_frequency.imag
-        out[3 + axis, 1] += omega * (by_frequency.real + by_amplitude.real)
+        out[S.RATES + axis, 1] += omega * (by_frequency.real + by_amplitude.real)
         out[axis, 2] += by_phase.imag
-        out[3 + axis, 2] += omega * by_phase.real
+        out[S.RATES + axis, 2] += omega * by_phase.real
 
 
 @compiled
-def host_tangents(t: float, system: System, s: Floats, q: Floats, base: Floats, turning: Floats) -> None:
-    """A driven Host's rows of ``s`` at ``t``, and its accelerations' (3 rows) into ``turning``; ``base`` (9, 3)."""
+def host_tangents(t: float, system: System, columns: Columns) -> None:
+    """A driven Host's rows of the tangents at ``t``, and its accelerations' into the room."""
+    s, q, base, turning = columns.s, columns.q, columns.room.base, columns.room.turning
     drive_slopes(t, system.drive, base)
     for j in range(q.shape[1]):
         a, f, phase = q[Q_AMPLITUDE, j], q[Q_FREQUENCY, j], q[Q_PHASE, j]
-        for i in range(9):
-            value = base[i, 0] * a + base[i, 1] * f + base[i, 2] * phase
-            if i < 2:
-                s[6 + i, j] = value
-            elif i == 2:
-                s[10, j] = value
-            elif i < 5:
-                s[5 + i, j] = value
-            elif i == 5:
-                s[11, j] = value
-            else:
-                turning[i - 6, j] = value
+        for axis in range(3):
+            place, rate = rows_of(axis)
+            second = S.SECOND_RATES + axis
+            s[T.HOST_X + place, j] = base[axis, 0] * a + base[axis, 1] * f + base[axis, 2] * phase
+            s[T.HOST_X + rate, j] = (
+                base[S.RATES + axis, 0] * a + base[S.RATES + axis, 1] * f + base[S.RATES + axis, 2] * phase
+            )
+            turning[axis, j] = base[second, 0] * a + base[second, 1] * f + base[second, 2] * phase
 
 
 @compiled

@@ -12,6 +12,7 @@ from ovines.core.packing import pack
 from ovines.core.refusal import ScenarioError
 from ovines.core.sensitivity.columns import names_for, refuse_unfollowed, tangents_of
 from ovines.core.sensitivity.follow import CORNERED, FOLLOWED, GRAZED, Found, follow
+from ovines.core.sensitivity.tangents import N_ROWS
 from ovines.core.simulate import sample_times
 from ovines.core.system import parameters as P
 from ovines.core.system.model import Scenario
@@ -114,13 +115,13 @@ def follow_packed(
         found = Found(
             times,
             np.full((len(times), P.N_STATE), np.nan),
-            np.full((len(times), 12, m), np.nan),
+            np.full((len(times), N_ROWS, m), np.nan),
             np.zeros((len(times) if len(kept) else 0, m)),
-            np.isin(np.arange(12), kept).astype(float),
+            np.isin(np.arange(N_ROWS), kept).astype(float),
             np.zeros((rows, 3)),
             np.zeros((rows, m)),
         )
-        y, s = packed.y.copy(), np.zeros((12, m + 1))
+        y, s = packed.y.copy(), np.zeros((N_ROWS, m + 1))
         s[:, :m] = start
         how, reached, count = follow(system, y, s, numbers, begin_s, found)
         if how != FOLLOWED:

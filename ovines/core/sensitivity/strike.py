@@ -11,18 +11,10 @@ import math
 
 from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled
+from ovines.core.sensitivity import tangents as T
 from ovines.core.sensitivity.columns import Q_RADIUS, Q_RESTITUTION, Q_REVERSAL, Q_WALL_FRICTION
-from ovines.core.sensitivity.contact_slopes import (
-    GAP,
-    K_NN,
-    K_NT,
-    K_TT,
-    NORMAL,
-    SLIPS,
-    TURN,
-    geometry_tangents,
-    push_tangents,
-)
+from ovines.core.sensitivity.contact_slopes import geometry_tangents, push_tangents
+from ovines.core.sensitivity.tangents import GAP, K_NN, K_NT, K_TT, NORMAL, SLIPS, TURN, Columns
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import derivatives
 from ovines.core.system.host import base_motion
@@ -41,16 +33,16 @@ def flow(t: float, y: Floats, contact: Contact, system: System, work: Floats, ou
     for i in range(6):
         out[i] = slopes[i]
     kind = system.k[P.HOST_KIND]
-    for i in range(6, 12):
+    for i in range(T.HOST_X, T.N_ROWS):
         out[i] = 0.0
     if kind == P.DRIVEN:
         base = work[P.SCRATCH]
         base_motion(t, system.k, system.drive, system.table, base)
-        out[6], out[7], out[10] = base[3], base[4], base[5]
-        out[8], out[9], out[11] = base[6], base[7], base[8]
+        out[T.HOST_X], out[T.HOST_Y], out[T.HOST_ANGLE] = base[S.BASE_VX], base[S.BASE_VY], base[S.BASE_SPIN]
+        out[T.HOST_VX], out[T.HOST_VY], out[T.HOST_SPIN] = base[S.BASE_AX], base[S.BASE_AY], base[S.BASE_SPIN_RATE]
     elif kind != P.FIXED:
         for i in range(6):
-            out[6 + i] = slopes[P.HOST + i]
+            out[T.HOST_X + i] = slopes[P.HOST + i]
 
 
 @compiled
@@ -90,14 +82,15 @@ def reach_event(row: int, g: Floats, s: Floats, delay: Floats) -> None:
 
 @compiled
 def strike_tangents(
-    t: float, y: Floats, wall: int, system: System, work: Floats, s: Floats, q: Floats, room: Floats, delay: Floats
+    t: float, y: Floats, wall: int, system: System, work: Floats, columns: Columns, delay: Floats
 ) -> bool:
-    """Tangents through an impact at state ``y`` before it: ``s`` (12, m + 1) with the flow before as last column.
+    """Tangents through an impact at state ``y`` before it, with the flow before as the last column of the state's.
 
     The flow after is not taken off yet (:func:`leave_event`).  False where the path grazes the wall.
     """
     p, k = system.p, system.k
-    at, g, forces, d_forces = work[P.PLACE], room[13:24], room[24, :2], room[25:27]
+    s, q, room = columns.s, columns.q, columns.room
+    at, g, forces, d_forces = work[P.PLACE], room.geometry, room.forces, room.d_forces
     place(t, y, system, work[P.SCRATCH], at)
     face = normal_here(wall, at, p, k, system.polygon)
     normal, slip = contact_velocity(face, y[S.SPIN], at, p)
@@ -118,8 +111,8 @@ def strike_tangents(
     determinant = k_nn * k_tt - k_nt * k_nt
     rub = mu if slip > 0.0 else -mu
     for j in range(m):
-        dx = s[0, j] - s[6, j] - p[P.RADIUS] * face.y * g[TURN, j] + q[Q_RADIUS, j] * face.x
-        dy = s[1, j] - s[7, j] + p[P.RADIUS] * face.x * g[TURN, j] + q[Q_RADIUS, j] * face.y
+        dx = s[S.X, j] - s[T.HOST_X, j] - p[P.RADIUS] * face.y * g[TURN, j] + q[Q_RADIUS, j] * face.x
+        dy = s[S.Y, j] - s[T.HOST_Y, j] + p[P.RADIUS] * face.x * g[TURN, j] + q[Q_RADIUS, j] * face.y
         turned = (rx * dy - ry * dx) / (rx * rx + ry * ry)
         d_eps = own * q[Q_RESTITUTION, j] + by_speed * g[NORMAL, j] + by_azimuth * turned + by_time * delay[j]
         want_n = -d_eps * normal - (1.0 + eps) * g[NORMAL, j]
@@ -134,7 +127,7 @@ def strike_tangents(
             change = g[K_NN, j] + d_rub * k_nt + rub * g[K_NT, j]
             d_forces[0, j] = (want_n - forces[0] * change) / (k_nn + rub * k_nt)
             d_forces[1, j] = d_rub * forces[0] + rub * d_forces[0, j]
-    push_tangents(face, at, p, g, q, forces, d_forces, s)
+    push_tangents(face, at, p, columns, s)
     return True
 
 
@@ -151,15 +144,15 @@ def leave_event(
 
 @compiled
 def slip_ends_tangents(
-    t: float, y: Floats, contact: Contact, system: System, work: Floats, s: Floats, q: Floats, room: Floats,
-    delay: Floats,
-) -> None:  # fmt: skip
+    t: float, y: Floats, contact: Contact, system: System, work: Floats, columns: Columns, delay: Floats
+) -> None:
     """Bring tangents to the moved instant at which a slip along a wall comes to nothing."""
+    s, q, g, rates = columns.s, columns.q, columns.room.geometry, columns.room.flow
     m = q.shape[1]
-    flow(t, y, contact, system, work, room[27, :12])
+    flow(t, y, contact, system, work, rates)
     for i in range(s.shape[0]):
-        s[i, m] = room[27, i]
-    at, g = work[P.PLACE], room[13:24]
+        s[i, m] = rates[i]
+    at = work[P.PLACE]
     place(t, y, system, work[P.SCRATCH], at)
     face = normal_here(contact.wall, at, system.p, system.k, system.polygon)
     geometry_tangents(contact.wall, face, y[S.SPIN], at, system.p, s, q, g)
@@ -167,12 +160,11 @@ def slip_ends_tangents(
 
 
 @compiled
-def hold_tangents(
-    t: float, y: Floats, mode: int, wall: int, system: System, work: Floats, s: Floats, q: Floats, room: Floats
-) -> None:
+def hold_tangents(t: float, y: Floats, mode: int, wall: int, system: System, work: Floats, columns: Columns) -> None:
     """Tangents onto the wall: neither gap nor normal speed (nor slip where it rolls) change (:func:`stand_on`)."""
     p, k = system.p, system.k
-    at, g, forces, d_forces = work[P.PLACE], room[13:24], room[24, :2], room[25:27]
+    s, q, room = columns.s, columns.q, columns.room
+    at, g, forces, d_forces = work[P.PLACE], room.geometry, room.forces, room.d_forces
     place(t, y, system, work[P.SCRATCH], at)
     face = normal_here(wall, at, p, k, system.polygon)
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
@@ -181,10 +173,10 @@ def hold_tangents(
     both = 1.0 / p[P.MASS] + p[P.INVERSE_HOST_MASS]
     for j in range(m):  # the lighter body gives way
         nes, host = g[GAP, j] / (p[P.MASS] * both), g[GAP, j] * p[P.INVERSE_HOST_MASS] / both
-        s[0, j] += nes * face.x
-        s[1, j] += nes * face.y
-        s[6, j] -= host * face.x
-        s[7, j] -= host * face.y
+        s[S.X, j] += nes * face.x
+        s[S.Y, j] += nes * face.y
+        s[T.HOST_X, j] -= host * face.x
+        s[T.HOST_Y, j] -= host * face.y
     geometry_tangents(wall, face, y[S.SPIN], at, p, s[:, :m], q, g)
     forces[0], forces[1] = 0.0, 0.0
     determinant = k_nn * k_tt - k_nt * k_nt
@@ -194,4 +186,4 @@ def hold_tangents(
             d_forces[1, j] = (k_nt * g[NORMAL, j] - k_nn * g[SLIPS, j]) / determinant
         else:
             d_forces[0, j], d_forces[1, j] = -g[NORMAL, j] / k_nn, 0.0
-    push_tangents(face, at, p, g, q, forces, d_forces, s)
+    push_tangents(face, at, p, columns, s)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ovines.core import state as S
 from ovines.core.compiled import Floats, compiled, copy_into, inlined
 from ovines.core.integration import collocation as C
 from ovines.core.integration.disk_step import (
@@ -31,12 +32,12 @@ from ovines.core.sensitivity.columns import (
 )
 from ovines.core.sensitivity.contact_slopes import contact_tangents
 from ovines.core.sensitivity.flight_slopes import floor_slopes
+from ovines.core.sensitivity.tangents import N_ROWS, Columns, Room
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import derivatives
 from ovines.core.system.host import ROTATION, Z
 from ovines.core.system.packed import Contact, System
 
-N_ROOM = 28
 # rows of the quick tangents' room: at each node slopes, velocities, what numbers force, how velocities feed back; then
 # the ways, the slopes' last four coefficients
 SLOPES, BASES, FORCED, FEEDS, WAYS, LATE = (*range(0, 4 * C.N_NODES, C.N_NODES), 4 * C.N_NODES, 4 * C.N_NODES + 1)
@@ -47,15 +48,12 @@ LITTLE = 1e-3  # of the scenario's speed or length: what a number changes is not
 
 
 class Tangents(NamedTuple):
-    """Tangents of the state (12, m + 1; the last column is room) and of the numbers (13, m), and room: rows of what is
-    needed on the way, the slopes of twelve stages (12, 12, m), a stage's tangents (12, m); the room of
-    :func:`quick_tangents` (33, 24); three states (3, 19); the step that the quick tangents allow where they were last
-    (1,).
+    """The tangents and their room (a column of the state's more than of the numbers', room, too), the slopes of twelve
+    stages (12, 12, m), a stage's tangents (12, m); the room of :func:`quick_tangents` (33, 24); three states (3, 19);
+    the step that the quick tangents allow where they were last (1,).
     """
 
-    s: Floats
-    q: Floats
-    room: Floats
+    columns: Columns
     slopes: Floats
     stage: Floats
     quick: Floats
@@ -120,12 +118,11 @@ def weighed(h: float, weights: Floats, begin: int, end: int, first: int, into: i
 
 
 @inlined
-def quick_node(
-    t: float, node: int, work: Floats, disk: Disk, driven: bool, f: Floats, shaken: Floats, quick: Floats
-) -> float:
+def quick_node(t: float, node: int, work: Floats, disk: Disk, driven: bool, room: Room, quick: Floats) -> float:
     """What forces the quick tangents' slopes at a node of the path's step, whose velocities stand in ``work``, and how
     velocities feed back: two rows of ``quick``; the size of the feedback (1/s).
     """
+    f, shaken = room.friction, room.shaken
     wx, wy, spin, load = work[VX, node], work[VY, node], work[SPIN, node], disk.load
     vx, vy = wx, wy
     if driven:
@@ -214,7 +211,7 @@ def combine(quick: Floats, s: Floats, q: Floats, begun: Floats) -> None:
     """
     m = q.shape[1]
     for j in range(m):
-        begun[0, j], begun[1, j], begun[2, j] = s[2, j], s[3, j], s[5, j]
+        begun[0, j], begun[1, j], begun[2, j] = s[S.VX, j], s[S.VY, j], s[S.SPIN, j]
     for row in range(3):
         place_row, rate_row, at = (4, 5, 16) if row == 2 else (row, 2 + row, 8 * row)
         for moved in range(2):
@@ -242,11 +239,12 @@ def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: T
     give all: friction, the drive's amplitude, frequency and phase, the disk's radius.  They stand in one row, eight
     for vx, eight for vy, eight for the spin.  Returns the error over what is allowed; above 1 no tangent is changed.
     """
-    quick, f, shaken, disk = tangents.quick, tangents.room[12], tangents.room[13], disk_of(system)
+    quick, disk = tangents.quick, disk_of(system)
+    s, q, room = tangents.columns.s, tangents.columns.q, tangents.columns.room
     driven = disk.carried and system.k[P.HOST_KIND] == P.DRIVEN
     feedback = 0.0
     for i in range(C.N_NODES):
-        feedback = max(feedback, quick_node(t + C.NODES[i] * h, i, work, disk, driven, f, shaken, quick))
+        feedback = max(feedback, quick_node(t + C.NODES[i] * h, i, work, disk, driven, room, quick))
         for j in range(24):
             quick[BASES + i, j] = 0.0
         for row in range(3):
@@ -260,7 +258,7 @@ def quick_tangents(t: float, h: float, system: System, work: Floats, tangents: T
     weighed(h, C.WEIGHTS, 1, C.N_NODES, BASES, WAYS, quick)
     worst = quick_error(h, quick, system.p) if left <= enough else UNSETTLED
     if worst <= 1.0:
-        combine(quick, tangents.s, tangents.q, tangents.stage)
+        combine(quick, s, q, tangents.stage)
     return worst
 
 
@@ -270,9 +268,10 @@ def full_tangents(
 ) -> float:
     """Tangents over the step just made from ``y`` by twelve slopes, any mode and Host: as :func:`quick_tangents`."""
     p, k = system.p, system.k
-    s, q, slopes, stage = tangents.s, tangents.q, tangents.slopes, tangents.stage
+    s, q, slopes, stage = tangents.columns.s, tangents.columns.q, tangents.slopes, tangents.stage
+    columns = Columns(stage, q, tangents.columns.room)
     m, n = q.shape[1], k[P.STATE_SIZE]
-    rows = 12 if k[P.HOST_KIND] == P.FREE or k[P.HOST_KIND] == P.SPRUNG else 6
+    rows = N_ROWS if k[P.HOST_KIND] == P.FREE or k[P.HOST_KIND] == P.SPRUNG else 6
     for i in range(12):
         for j in range(n):
             total = 0.0
@@ -287,7 +286,7 @@ def full_tangents(
                 if weight != 0.0:
                     for j in range(m):
                         stage[row, j] += weight * slopes[b, row, j]
-        contact_tangents(t + NODES[i] * h, trial, contact, system, work, stage, q, tangents.room, slopes[i])
+        contact_tangents(t + NODES[i] * h, trial, contact, system, work, columns, slopes[i])
     worst, time = 0.0, p[P.LENGTH] / p[P.SPEED]
     for j in range(m):
         natural = max(

@@ -12,7 +12,7 @@ from ovines.core.laws import words as W
 from ovines.core.laws.kernel import push as push_law
 from ovines.core.system import parameters as P
 from ovines.core.system.friction import floor_friction
-from ovines.core.system.host import ROTATION, base_motion, vertical_acceleration
+from ovines.core.system.host import ROTATION, base_motion, rows_of, vertical_acceleration
 from ovines.core.system.kinematics import (
     contact_velocity,
     inverse_mass,
@@ -24,8 +24,8 @@ from ovines.core.system.kinematics import (
 from ovines.core.system.known import known_of
 from ovines.core.system.packed import Contact, Face, System
 
-# what `derivatives` leaves in its scratch vector: base motion (9 values), then contact figures
-PUSH, RUB, NEED, SLIP = 9, 10, 11, 12  # wall force N, tangential force, force to roll, slip velocity
+# what `derivatives` leaves in its scratch vector: base motion, then contact figures
+PUSH, RUB, NEED, SLIP = range(S.N_BASE, S.N_BASE + 4)  # wall force N, tangential force, force to roll, slip velocity
 
 
 @inlined
@@ -123,15 +123,15 @@ def springs(t: float, y: Floats, system: System, scratch: Floats, dy: Floats) ->
     p, k, drive, table = system.p, system.k, system.drive, system.table
     base_motion(t, k, drive, table, scratch)
     for axis in range(3):
-        at = P.HOST + (4 if axis == ROTATION else axis)
-        rate = P.HOST + (5 if axis == ROTATION else 2 + axis)
+        at, rate = rows_of(axis)
+        at, rate = P.HOST + at, P.HOST + rate
         stiffness, damping = p[P.STIFFNESS_X + axis], p[P.DAMPING_X + axis]
-        stretch, stretching = y[at] - scratch[axis], y[rate] - scratch[3 + axis]
+        stretch, stretching = y[at] - scratch[axis], y[rate] - scratch[S.RATES + axis]
         inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
         force = -stiffness * stretch - damping * stretching
         dy[rate] += force * inverse
         dy[P.LOST_DAMPING] += damping * stretching * stretching
-        dy[P.WORK] += force * scratch[3 + axis]
+        dy[P.WORK] += force * scratch[S.RATES + axis]
 
 
 @compiled

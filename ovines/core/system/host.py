@@ -13,6 +13,12 @@ X, Y, ROTATION, Z = 0, 1, 2, 3  # axes of a drive
 
 
 @inlined
+def rows_of(axis: int) -> tuple[int, int]:
+    """Which of a body's six numbers are the place along an axis (or the angle) and its rate."""
+    return (S.ANGLE, S.SPIN) if axis == ROTATION else (S.X + axis, S.VX + axis)
+
+
+@inlined
 def base_motion(t: float, k: Ints, drive: Floats, table: Floats, out: Floats) -> None:
     """Driven motion at ``t``: ``out`` = x, y, angle, their rates, their second rates (9 values).
 
@@ -32,8 +38,8 @@ def base_motion(t: float, k: Ints, drive: Floats, table: Floats, out: Floats) ->
         argument = omega * t + drive[row, 3]
         sine, cosine = math.sin(argument), math.cos(argument)
         out[axis] += amplitude * sine
-        out[3 + axis] += amplitude * omega * cosine
-        out[6 + axis] -= amplitude * omega * omega * sine
+        out[S.RATES + axis] += amplitude * omega * cosine
+        out[S.SECOND_RATES + axis] -= amplitude * omega * omega * sine
     if k[P.HAS_TABLE]:
         i = table_piece(t, table)
         s = t - table[i, 0]
@@ -41,8 +47,8 @@ def base_motion(t: float, k: Ints, drive: Floats, table: Floats, out: Floats) ->
             c3, c2 = table[i, 1 + 4 * axis], table[i, 2 + 4 * axis]
             c1, c0 = table[i, 3 + 4 * axis], table[i, 4 + 4 * axis]
             out[axis] += c0 + s * (c1 + s * (c2 + s * c3))
-            out[3 + axis] += c1 + s * (2.0 * c2 + 3.0 * s * c3)
-            out[6 + axis] += 2.0 * c2 + 6.0 * s * c3
+            out[S.RATES + axis] += c1 + s * (2.0 * c2 + 3.0 * s * c3)
+            out[S.SECOND_RATES + axis] += 2.0 * c2 + 6.0 * s * c3
 
 
 @compiled
@@ -140,15 +146,15 @@ def sprung_response(t: float, axis: int, p: Floats, drive: Floats) -> tuple[floa
 @compiled
 def host_starts(t0: float, y0: Floats, system: System, scratch: Floats) -> None:
     """What a sprung Host's free motion starts from at state ``y0``: three places and three rates beside its steady
-    response, into ``scratch[9:15]``; needed once for a flight.
+    response, into ``scratch`` from FREE_PLACES on; needed once for a flight.
     """
     if system.k[P.HOST_KIND] != P.SPRUNG:
         return
     for axis in range(3):
-        at = P.HOST + (4 if axis == ROTATION else axis)
-        rate_at = P.HOST + (5 if axis == ROTATION else 2 + axis)
+        at, rate_at = rows_of(axis)
         q, rate = sprung_response(t0, axis, system.p, system.drive)
-        scratch[9 + axis], scratch[12 + axis] = y0[at] - q, y0[rate_at] - rate
+        scratch[S.FREE_PLACES + axis] = y0[P.HOST + at] - q
+        scratch[S.FREE_RATES + axis] = y0[P.HOST + rate_at] - rate
 
 
 @compiled
@@ -166,16 +172,17 @@ def host_after(t0: float, s: float, y0: Floats, system: System, out: Floats) -> 
         for i in range(9):
             out[i] = 0.0
     elif kind == P.FREE:
-        out[0] = y0[P.HOST] + s * y0[P.HOST + S.VX]
-        out[1] = y0[P.HOST + S.Y] + s * y0[P.HOST + S.VY]
-        out[2] = y0[P.HOST + S.ANGLE] + s * y0[P.HOST + S.SPIN]
-        out[3], out[4], out[5] = y0[P.HOST + S.VX], y0[P.HOST + S.VY], y0[P.HOST + S.SPIN]
+        out[S.BASE_X] = y0[P.HOST] + s * y0[P.HOST + S.VX]
+        out[S.BASE_Y] = y0[P.HOST + S.Y] + s * y0[P.HOST + S.VY]
+        out[S.BASE_ANGLE] = y0[P.HOST + S.ANGLE] + s * y0[P.HOST + S.SPIN]
+        out[S.BASE_VX], out[S.BASE_VY] = y0[P.HOST + S.VX], y0[P.HOST + S.VY]
+        out[S.BASE_SPIN] = y0[P.HOST + S.SPIN]
     else:
         sine, cosine, last_stiffness, last_damping = 0.0, 1.0, math.nan, math.nan
         for axis in range(3):
             inverse = p[P.INVERSE_HOST_INERTIA] if axis == ROTATION else p[P.INVERSE_HOST_MASS]
             stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
-            q0, v0 = out[9 + axis], out[12 + axis]
+            q0, v0 = out[S.FREE_PLACES + axis], out[S.FREE_RATES + axis]
             q, rate = sprung_response(t0 + s, axis, p, drive)
             if q0 != 0.0 or v0 != 0.0:
                 if stiffness != last_stiffness or damping != last_damping:  # most springs are alike along x and y
@@ -183,4 +190,4 @@ def host_after(t0: float, s: float, y0: Floats, system: System, out: Floats) -> 
                     last_stiffness, last_damping = stiffness, damping
                 q += q0 * (cosine + 0.5 * damping * sine) + v0 * sine
                 rate += v0 * (cosine - 0.5 * damping * sine) - stiffness * q0 * sine
-            out[axis], out[3 + axis] = q, rate
+            out[axis], out[S.RATES + axis] = q, rate

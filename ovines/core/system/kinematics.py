@@ -13,7 +13,7 @@ from ovines.core.system.host import base_motion
 from ovines.core.system.packed import Face, System
 from ovines.core.system.walls import contact_frame
 
-N_SCRATCH = 15  # base motion (9 values), then what `dynamics.derivatives` or `host.host_starts` leaves
+N_SCRATCH = S.FREE_RATES + 3  # base motion, then what `dynamics.derivatives` or `host.host_starts` leaves
 
 
 @inlined
@@ -21,17 +21,17 @@ def place(t: float, y: Floats, system: System, scratch: Floats, out: Floats) -> 
     """Disk's geometric centre and the Host in the world at state ``y``.
 
     ``out``: 0-3 centre's position and velocity, 4-9 Host x, y, angle and rates, 10-11 mass offset (world).
-    A driven Host's motion is left in ``scratch[0:9]``.
+    A driven Host's motion is left in ``scratch`` (BASE_X to BASE_SPIN_RATE).
     """
     p, k, drive, table = system.p, system.k, system.drive, system.table
     kind = k[P.HOST_KIND]
     if kind == P.DRIVEN:
         base_motion(t, k, drive, table, scratch)
         for i in range(6):
-            out[4 + i] = scratch[i]
+            out[S.HOST_X + i] = scratch[S.BASE_X + i]
     elif kind == P.FIXED:
-        for i in range(4, 10):
-            out[i] = 0.0
+        for i in range(6):
+            out[S.HOST_X + i] = 0.0
     else:
         out[S.HOST_X], out[S.HOST_Y], out[S.HOST_ANGLE] = y[P.HOST], y[P.HOST + S.Y], y[P.HOST + S.ANGLE]
         out[S.HOST_VX], out[S.HOST_VY], out[S.HOST_SPIN] = y[P.HOST + S.VX], y[P.HOST + S.VY], y[P.HOST + S.SPIN]
@@ -138,9 +138,9 @@ def relative_acceleration(y: Floats, at: Floats, dy: Floats, k: Ints, scratch: F
         ay += -dy[S.SPIN] * at[S.OFF_X] + y[S.SPIN] * y[S.SPIN] * at[S.OFF_Y]
     turn = 0.0
     if k[P.HOST_KIND] == P.DRIVEN:
-        ax -= scratch[6]
-        ay -= scratch[7]
-        turn = scratch[8]
+        ax -= scratch[S.BASE_AX]
+        ay -= scratch[S.BASE_AY]
+        turn = scratch[S.BASE_SPIN_RATE]
     elif k[P.HOST_KIND] != P.FIXED:
         ax -= dy[P.HOST + S.VX]
         ay -= dy[P.HOST + S.VY]

@@ -45,7 +45,7 @@ def known_of(t: float, y: Floats, at: Floats, scratch: Floats, p: Floats, k: Int
         known[W.BEFORE_X], known[W.BEFORE_Y] = p[P.BEFORE_X], p[P.BEFORE_Y]
         known[W.MEMORY_M], known[W.MEMORY_S] = p[P.MEMORY_M], p[P.MEMORY_S]
     if k[P.HOST_KIND] == P.DRIVEN:
-        known[W.HOST_AX], known[W.HOST_AY] = scratch[6], scratch[7]
+        known[W.HOST_AX], known[W.HOST_AY] = scratch[S.BASE_AX], scratch[S.BASE_AY]
     return known
 
 

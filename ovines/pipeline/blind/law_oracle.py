@@ -187,9 +187,9 @@ def _of_blows(ladder: Ladder, rows: ImpactRegression, stage: str, plants: Plants
     assert fitted is not None, "fewer than eight impacts"
     data, junctions = fitted.data, fitted.junctions
     count, changes = len(data), np.zeros((4, len(data)))
-    for run in np.unique(data.run):
-        here = np.flatnonzero(data.run == run)
-        time_s = plants.since_first_frame(int(run), junctions.time_s[data.index[here]], frame)
+    for run in np.unique(data.at.run):
+        here = np.flatnonzero(data.at.run == run)
+        time_s = plants.since_first_frame(int(run), junctions.time_s[data.at.index[here]], frame)
         own = blow_changes(plants.motions[run], plants.without[run], plants.place)
         nearest = np.argmin(np.abs(time_s[:, None] - own.time_s[None]), 1)
         same = np.abs(time_s - own.time_s[nearest]) < SAME_S * plants.place.slower

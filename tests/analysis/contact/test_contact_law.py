@@ -12,10 +12,12 @@ import pytest
 from analysis.contact.held_laws import without_along
 from analysis.contact.law import (
     OUTLIER_SPREAD,
+    Circumstances,
     LawData,
     fit_law,
     fit_restitution,
     fit_tangential,
+    joined,
     outlier_share,
     predicted_tangential,
     sticks,
@@ -46,27 +48,19 @@ def series(rng: np.random.Generator, count: int, scatter: float = 0.03, sd: floa
     none = np.zeros(count)
     full = np.full(count, sd)
     tangential = tangential + sd * rng.standard_normal(count)
-    values = {
-        "before": before,
-        "after": after + sd * rng.standard_normal(count),
-        "slip": speed,
-        "normal_impulse": impulse,
-        "tangential_impulse": tangential,
-        "angular": none,
-        "normal_sd": full,
-        "tangential_sd": full,
-        "angular_sd": full,
-        "spin": none,
-        "run": none.astype(int),
-        "time_s": none,
-        "azimuth_rad": none,
-        "host_angle_rad": none,
-        "drive_rad": none,
-        "drive_start_rad": none,
-        "index": np.arange(count),
-        "inertia_factor": 0.5,
-    }
-    return LawData(**{name: values[name] for name in LawData.__dataclass_fields__ if name in values})
+    return LawData(
+        before=before,
+        after=after + sd * rng.standard_normal(count),
+        slip=speed,
+        normal_impulse=impulse,
+        tangential_impulse=tangential,
+        angular=none,
+        normal_sd=full,
+        tangential_sd=full,
+        angular_sd=full,
+        at=Circumstances(none, none.astype(int), none, none, none, none, none, np.arange(count)),
+        inertia_factor=0.5,
+    )
 
 
 def intervals(data: LawData):
@@ -207,18 +201,6 @@ def test_coverage_lies_between_85_and_95_percent(count):
     assert np.all((share > 0.85) & (share < 0.95)), share
 
 
-def joined(*parts: LawData) -> LawData:
-    """The impacts of all ``parts``."""
-    return LawData(
-        **{
-            name: np.concatenate([getattr(part, name) for part in parts])
-            if isinstance(getattr(parts[0], name), np.ndarray)
-            else getattr(parts[0], name)
-            for name in LawData.__dataclass_fields__
-        }
-    )
-
-
 @pytest.mark.parametrize("scatter", [0.0, 0.03])
 def test_one_impact_that_slides_shows_no_scatter_but_the_others_do(scatter):
     """A restitution that scatters by 3 % says that impulses do; the friction of the one impact that slid may be off by
@@ -228,7 +210,7 @@ def test_one_impact_that_slides_shows_no_scatter_but_the_others_do(scatter):
     slide = series(rng, 1, scatter=scatter, sd=1e-4, slip=(1.5, 2.5))
     off = 0.7 * scatter * slide.normal_impulse / (1 + TRUE["restitution"])
     slide = replace(slide, tangential_impulse=slide.tangential_impulse + off * np.sign(slide.tangential_impulse))
-    friction = intervals(joined(stick, slide))[1]
+    friction = intervals(joined([stick, slide]))[1]
     assert friction.low < TRUE["wall_friction"] < friction.high
     assert friction.sd < (1e-3 if scatter == 0.0 else 0.03)
 
@@ -243,7 +225,7 @@ def test_a_few_that_slide_scatter_whatever_the_many_that_stick_say(sliding):
         stick = series(rng, 40, scatter=0.0, sd=1e-4, slip=(0.0, 0.2))
         slide = series(rng, sliding, scatter=0.0, sd=1e-4, slip=(1.5, 2.5))
         slide = replace(slide, tangential_impulse=slide.tangential_impulse * (1 + 0.02 * rng.normal(size=sliding)))
-        friction, _ = friction_and_reversal(joined(stick, slide))
+        friction, _ = friction_and_reversal(joined([stick, slide]))
         held.append(not (friction.low > TRUE["wall_friction"] or friction.high < TRUE["wall_friction"]))
     assert 0.8 <= np.mean(held) <= 0.99
 

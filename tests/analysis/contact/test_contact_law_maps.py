@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,23 +77,23 @@ def test_impulses_are_those_that_were_given():
     impacts, true = impacts_of(np.random.default_rng(1), 40)
     used = np.arange(40) % 4 != 0
     data = law_data(impacts, used, RADIUS_M, Q)
-    assert len(data) == 30 and (data.index == np.flatnonzero(used)).all()
+    assert len(data) == 30 and (data.at.index == np.flatnonzero(used)).all()
     for ours, name in (
         (data.before, "normal_before"),
         (data.after, "normal_after"),
         (data.slip, "tangential_before"),
-        (data.spin, "spin_before"),
-        (data.time_s, "time"),
-        (data.drive_rad, "drive_rad"),
-        (data.drive_start_rad, "drive_start_rad"),
-        (data.run, "run"),
+        (data.at.spin, "spin_before"),
+        (data.at.time_s, "time"),
+        (data.at.drive_rad, "drive_rad"),
+        (data.at.drive_start_rad, "drive_start_rad"),
+        (data.at.run, "run"),
     ):
         assert ours == pytest.approx(true[name][used], rel=1e-12), name
     assert data.normal_impulse == pytest.approx((true["normal_before"] + true["normal_after"])[used], rel=1e-12)
     assert data.tangential_impulse == pytest.approx(true["impulse"][used], rel=1e-12, abs=1e-15)
     assert data.angular == pytest.approx(np.zeros(30), abs=1e-12)
-    assert np.array_equal(data.host_angle_rad, true["host"][used, 3])
-    assert np.array_equal(data.azimuth_rad, impacts.azimuth_rad[used])
+    assert np.array_equal(data.at.host_angle_rad, true["host"][used, 3])
+    assert np.array_equal(data.at.azimuth_rad, impacts.azimuth_rad[used])
 
 
 def test_sds_are_those_of_drawn_errors():
@@ -109,12 +111,7 @@ def test_sds_are_those_of_drawn_errors():
 
 
 def with_column(data: LawData, size: float, column: np.ndarray) -> LawData:
-    return LawData(
-        **{
-            **{f: getattr(data, f) for f in LawData.__dataclass_fields__},
-            "after": data.after + size * column * data.before,
-        }
-    )
+    return replace(data, after=data.after + size * column * data.before)
 
 
 def test_what_restitution_goes_with_is_found_with_its_size():

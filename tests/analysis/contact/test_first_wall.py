@@ -1,4 +1,4 @@
-"""A wall off its place: what is contact and what is flight is told by where it stands, not by where it should."""
+"""A wall off its place: what is contact and what is flight follows from where it stands, not by where it should."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_rolling_along_a_wall_off_its_place_is_no_row_of_impacts(tmp_path):
 
 
 def test_rolling_along_an_oval_wall_is_no_impact(tmp_path):
-    """A chord of its path was an impact of a restitution of one; of a row of them a soft spot was told."""
+    """A chord of its path was an impact of a restitution of one; a row of them made a soft spot."""
     series, _ = series_of("wall_ellipticity", 1.2, tmp_path, runs=3, seed=2)
     flights = first_flights(series, ("floor_friction", "spin_coupling")).fits
     impacts = fit_impacts(flights, Shape(ellipse=True)).data

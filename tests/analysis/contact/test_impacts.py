@@ -138,12 +138,14 @@ def test_flights_that_neither_meet_nor_end_at_the_wall_are_no_impact(pairs, mism
     fit, _ = fitted(3)
     junctions = intersect([fit])
     first = int(np.argmax(fit_wall(junctions, Wall.ring(RADIUS), ["radius"], {"radius": 3e-4}).used))
-    state, told = junctions.state.copy(), junctions.mismatch.copy()
+    state, mismatches = junctions.state.copy(), junctions.mismatch.copy()
     outwards = (state[first, :2] - junctions.host[first, :2]) / RADIUS
     state[first, :2] += off_m * outwards
     state[first, 6:8] += off_m * outwards
-    told[first] = mismatch
-    found = fit_wall(replace(junctions, state=state, mismatch=told), Wall.ring(RADIUS), ["radius"], {"radius": 3e-4})
+    mismatches[first] = mismatch
+    found = fit_wall(
+        replace(junctions, state=state, mismatch=mismatches), Wall.ring(RADIUS), ["radius"], {"radius": 3e-4}
+    )
     assert bool(found.used[first]) is used
     assert abs(found.wall.size_m - RADIUS) < 5e-5
 

@@ -52,7 +52,7 @@ def test_a_square_turns_with_its_host_and_its_corners_are_where_its_sides_meet()
     assert wall.size_m == pytest.approx(0.08 / np.sqrt(np.pi))
 
 
-def test_a_side_hit_in_a_corner_is_told_by_the_impulse():
+def test_the_side_hit_in_a_corner_is_known_by_the_impulse():
     wall = Wall(Sides(SQUARE - 0.3, np.full(4, 0.04), np.full(4, 0.04)))
     corner = np.full((2, 2), 0.0399)
     assert wall.hit(corner, np.zeros(2), np.array([[-1.0, 0.2], [0.2, -1.0]])).tolist() == [0, 1]
@@ -118,12 +118,12 @@ def test_every_impact_is_found_on_its_surface_and_none_is_invented(inside):
 
 def test_the_law_comes_out_within_its_sds(inside):
     made, _, _, joint, _ = inside
-    told = parameter_scores(joint, made)
-    far = {short: told[f"{short}_z"] for short in NAMES.values() if abs(told[f"{short}_z"]) > MOST_SDS[short]}
+    scores = parameter_scores(joint, made)
+    far = {short: scores[f"{short}_z"] for short in NAMES.values() if abs(scores[f"{short}_z"]) > MOST_SDS[short]}
     assert far == {}
 
 
-def test_the_wall_is_where_it_was_stated_and_a_millimetre_off_is_told(inside):
+def test_the_wall_is_where_it_was_stated_and_a_millimetre_off_is_reported(inside):
     _, series, motions, _, identified = inside
     found = identified[0]
     nothing = dict.fromkeys(("thesis", "points"))

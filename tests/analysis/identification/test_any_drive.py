@@ -33,6 +33,6 @@ def test_any_drive_is_ordinary(name, tmp_path):
         assert scores["impacts"] >= 5
         assert (scores["missed"], scores["false"]) == (0, 0)
         assert np.sqrt(np.mean(np.square(scores["errors"]))) < 0.1  # frames
-    told = parameter_scores(joint, made)
-    assert abs(told["eps_z"]) < FARTHEST_SDS and abs(told["mu_s_z"]) < FARTHEST_SDS
-    assert told["mu_s_sd"] < 0.05 * told["mu_s_true"]
+    estimates = parameter_scores(joint, made)
+    assert abs(estimates["eps_z"]) < FARTHEST_SDS and abs(estimates["mu_s_z"]) < FARTHEST_SDS
+    assert estimates["mu_s_sd"] < 0.05 * estimates["mu_s_true"]

@@ -70,7 +70,7 @@ def unbalanced(tmp_path_factory):
 
 def test_identify_holds_the_torque_of_the_floor(unbalanced):
     """Of a plant that shares no code: the friction within 4 sds of a thousandth at most (a hundredth without the
-    torque, which was told as something that acts on the disk)."""
+    torque, which was reported as something that acts on the disk)."""
     series, truth = unbalanced
     joint = identify_runs(series.runs, series.recordings[0].model, series.frame, [])
     assert not [note for note in joint.notes if "acts on the disk" in note]

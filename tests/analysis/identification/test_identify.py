@@ -291,7 +291,7 @@ def test_chatter_of_a_lasting_contact_is_followed(practice):
     assert np.sqrt(np.mean(np.square(errors))) * 800 < 0.06
 
 
-def test_lengths_that_are_off_are_told_and_do_not_bend_the_law(driven, recording):
+def test_lengths_that_are_off_are_reported_and_do_not_bend_the_law(driven, recording):
     """Every measured length 4 % too long: spins, angles and times are not; ten impacts do not see less."""
     lengths = {c: driven[0][c] * 1.04 for c in driven[0] if c.endswith("_m")}
     found = identify(driven[0].assign(**lengths), recording)
@@ -303,7 +303,7 @@ def test_lengths_that_are_off_are_told_and_do_not_bend_the_law(driven, recording
     assert missed_and_false(found.impacts, driven[1], driven[0]["time_s"].max())[1] == []
 
 
-def test_a_wrong_inertia_factor_is_told(driven, tmp_path):
+def test_a_wrong_inertia_factor_is_reported(driven, tmp_path):
     (tmp_path / "recording.toml").write_text(
         TOML.replace("inertia_factor = 0.5", "inertia_factor = 0.52"), encoding="utf-8"
     )

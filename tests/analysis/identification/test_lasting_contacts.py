@@ -70,15 +70,15 @@ def soft(tmp_path_factory) -> tuple[list[pd.DataFrame], Recording, pd.DataFrame,
 def test_the_law_of_the_scenario_comes_back(soft):
     """With frames in the wall among the flights' and the law of an instant wall friction was 0.147 and the tangential
     restitution 0.34."""
-    told = soft[2].set_index("parameter")["value"]
-    assert told["wall_friction"] == pytest.approx(LAW.wall_friction, abs=1e-3)
-    assert told["tangential_restitution"] == pytest.approx(LAW.tangential_restitution, abs=0.06)
+    identified = soft[2].set_index("parameter")["value"]
+    assert identified["wall_friction"] == pytest.approx(LAW.wall_friction, abs=1e-3)
+    assert identified["tangential_restitution"] == pytest.approx(LAW.tangential_restitution, abs=0.06)
     # Of a disk the spring moves the contact point three times as easily as the mass.
     stiffness = stiffness_of(LAW.tangential_restitution, LAW.restitution) / 3
-    assert told["contact_stiffness_ratio"] == pytest.approx(stiffness, rel=0.05)
-    assert told["contact_duration_s"] == pytest.approx(DURATION_S, rel=0.02)
-    assert told["restitution"] == pytest.approx(LAW.restitution, abs=0.015)
-    assert told["floor_friction"] == pytest.approx(FLOOR, abs=1.5e-3)
+    assert identified["contact_stiffness_ratio"] == pytest.approx(stiffness, rel=0.05)
+    assert identified["contact_duration_s"] == pytest.approx(DURATION_S, rel=0.02)
+    assert identified["restitution"] == pytest.approx(LAW.restitution, abs=0.015)
+    assert identified["floor_friction"] == pytest.approx(FLOOR, abs=1.5e-3)
 
 
 def test_a_comparison_flies_from_where_the_paths_meet_and_turns_as_the_simulator_does(soft):
@@ -96,12 +96,12 @@ def test_contacts_that_no_model_names_have_their_frames_left_out_and_the_law_of_
     """As the simulator then has it."""
     motions, *_, found = soft
     table, plain = identify_series(motions, [recording(tmp_path, named=False)] * len(motions))
-    told = table.set_index("parameter")["value"]
-    assert any("the contact lasts" in note for note in plain[0].notes) and "contact_stiffness_ratio" not in told
+    identified = table.set_index("parameter")["value"]
+    assert any("the contact lasts" in note for note in plain[0].notes) and "contact_stiffness_ratio" not in identified
     for own, named in zip(plain[0].rig.runs, found[0].rig.runs, strict=True):
         np.testing.assert_array_equal(own.in_wall_m, named.in_wall_m)
         assert np.isfinite(own.in_wall_m).any()
-    assert told["wall_friction"] < 0.155 and told["tangential_restitution"] < 0.4
+    assert identified["wall_friction"] < 0.155 and identified["tangential_restitution"] < 0.4
 
 
 def test_frames_in_the_wall_come_back(soft):

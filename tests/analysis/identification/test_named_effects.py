@@ -10,7 +10,7 @@ import pytest
 
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
-from analysis.contact.law import LawData, fit_restitution
+from analysis.contact.law import Circumstances, LawData, fit_restitution
 from analysis.contact.restitution import (
     DIRECTION,
     DRIFT,
@@ -67,8 +67,8 @@ def impacts(rng: np.random.Generator, restitution) -> LawData:
     after = restitution(at) * before * (1 + 1e-3 * rng.standard_normal(n))
     sd = np.full(n, 1e-3)
     return LawData(
-        before, after, none, before + after, none, none, sd, sd, sd, none, at.run, at.since_start_s, at.azimuth_rad,
-        none, none, none, np.arange(n), 0.5,
+        before, after, none, before + after, none, none, sd, sd, sd,
+        Circumstances(none, at.run, at.since_start_s, at.azimuth_rad, none, none, none, np.arange(n)), 0.5,
     )  # fmt: skip
 
 
@@ -98,8 +98,8 @@ def test_effects_on_the_restitution_fitted_and_held(effect):
     assert not held.sizes and abs(held.value - slow) < 3.5 * held.sd < 0.01
     beside = fit_effects(data, [effect, DIRECTION if effect != DIRECTION else DRIFT], {effect: SIZES[effect]})
     assert abs(beside.value - slow) < 4 * beside.sd
-    ((_, told),) = beside.sizes.items()
-    for name, (value, sd) in told.items():
+    ((_, sizes),) = beside.sizes.items()
+    for name, (value, sd) in sizes.items():
         assert name == "direction_rad" or abs(value) < 4 * sd, (name, value, sd)
 
 

@@ -35,8 +35,12 @@ def test_no_impact_is_missed_or_invented_and_no_number_falsely_sure(law, tmp_pat
     assert scores["impacts"] >= 5
     assert (scores["missed"], scores["false"]) == (0, 0)
     assert np.sqrt(np.mean(np.square(scores["errors"]))) < 0.1  # frames
-    told = parameter_scores(joint, made)
-    far = {short: told[f"{short}_z"] for short in NAMES.values() if abs(told.get(f"{short}_z", 0.0)) > FARTHEST_SDS}
+    estimates = parameter_scores(joint, made)
+    far = {
+        short: estimates[f"{short}_z"]
+        for short in NAMES.values()
+        if abs(estimates.get(f"{short}_z", 0.0)) > FARTHEST_SDS
+    }
     assert not far
     assert (identified[0].rig.floor.coupling == 0.0) == (law == "coulomb")
     pull = identified[0].rig.wall_force
@@ -65,7 +69,7 @@ def test_what_all_impacts_or_flights_share_is_one_error(law, seed, parameter, co
     joint, runs = identify_series([read_table(one.folder / "motion.parquet", "motion") for one in series], series)
     off_sds = [parameter_scores(joint, made)[f"{parameter}_z"]]
     if parameter == "mu_s":
-        # By the fit's own, too: it has a value where none is told, beside a force of half of friction's deceleration.
+        # By the fit's own, too: it has a value where none is given, beside a force of half of friction's deceleration.
         floor, physics = runs[0].rig.floor, made[0].truth["rig"].physics
         k = floor.names.index("friction")
         own = (floor.estimate[k] - physics.friction) / np.sqrt(floor.covariance[k, k])
@@ -102,18 +106,18 @@ def test_a_force_as_large_as_the_friction_leaves_the_friction_undetermined(tmp_p
     series = read_series(write_series(made, tmp_path / "series"))
     motions = [read_table(one.folder / "motion.parquet", "motion") for one in series]
     rig, frame = identify_series(motions, series)[1][0].rig, rig_frame(motions, 0.04)
-    told = []
+    determined = []
     for share in (0.0, 0.3, 0.8):
         size = share * rig.floor.estimate[0] * 9.81
         forced = replace(rig, floor=replace(rig.floor, noise=replace(rig.floor.noise, acceleration_m_per_s2=size)))
         table = identification_table(forced, law_intervals(forced), frame).set_index("parameter")
-        told.append(bool(np.isfinite(table.loc["floor_friction", "value"])))
-    assert told == [True, True, False]
+        determined.append(bool(np.isfinite(table.loc["floor_friction", "value"])))
+    assert determined == [True, True, False]
 
 
 @pytest.mark.parametrize("rate_per_s", [0.6, -0.6])
 def test_a_drag_that_pushes_is_no_drag(rate_per_s, tmp_path):
-    """The flights asked for `air_drag` of a negative size where glue sheared; what pushes is told as unknown."""
+    """The flights asked for `air_drag` of a negative size where glue sheared; what pushes is reported as unknown."""
     spec = Spec("ours", "white", 0.04, 20.0, most_frames=400, at_origin=True, physics={"viscous_per_s": rate_per_s})
     made = make_series(spec, np.random.default_rng([11, 4]), 1)
     series = read_series(write_series(made, tmp_path / "series"))
@@ -144,20 +148,20 @@ def test_a_force_of_a_known_form_is_fitted_along_whatever_single_frames_say(tmp_
         off = 15.0 * rng.standard_normal(len(wrong))
         off[0] *= 20.0
         gross.loc[wrong, f"nes_{axis}_m"] += off * gross.loc[wrong, f"nes_{axis}_sd_m"]
-    told = {}
+    tables = {}
     for name, table in (("right", motion), ("gross", gross)):
         joint, identified = identify_series([table], series)
         scores = impact_scores(identified[0].impacts, made[0])
         assert scores["impacts"] >= 5
         assert (scores["missed"], scores["false"]) == (0, 0)
-        rows = told[name] = joint.set_index("parameter")
+        rows = tables[name] = joint.set_index("parameter")
         true = made[0].truth["rig"].physics
         for parameter, value in (("spin_lift", true.lift), ("floor_friction", true.friction)):
             row = rows.loc[parameter]
             assert abs(row["value"] - value) < FARTHEST_SDS * row["sd"]
             assert row["sd"] < 0.05 * abs(value)
         assert any("grows with speed and spin" in note for note in identified[0].notes)
-    near = told["gross"]["sd"] / told["right"]["sd"]
+    near = tables["gross"]["sd"] / tables["right"]["sd"]
     assert near["floor_friction"] < 2.0
 
 
@@ -168,6 +172,6 @@ def test_the_tilt_of_a_short_run_is_no_lens_residual(tmp_path):
     series = read_series(write_series([run], tmp_path / "series"))
     joint, identified = identify_series([read_table(series[0].folder / "motion.parquet", "motion")], series)
     assert identified[0].rig.floor.names == ("friction", "tilt_x", "tilt_y")
-    told = parameter_scores(joint, [run])
-    assert all(abs(told[f"{short}_z"]) < FARTHEST_SDS for short in NAMES.values())
+    scores = parameter_scores(joint, [run])
+    assert all(abs(scores[f"{short}_z"]) < FARTHEST_SDS for short in NAMES.values())
     assert joint.set_index("parameter").loc["restitution", "sd"] < 0.01

@@ -51,9 +51,9 @@ def test_drift_about_the_start_is_the_same_about_the_middle():
     start = share_at_start(terms, starts_s)
     for run in range(3):
         for time_s in (0.0, 0.3, 1.2):
-            told = (1 + 0.4 * time_s) * (1 + 0.1 * run)
+            drifted = (1 + 0.4 * time_s) * (1 + 0.1 * run)
             fitted = (1 + terms["drift"] * (time_s - 0.6)) * (1 + terms[DRIFT_OF_RUN] * (run - 1))
-            assert fitted / start == pytest.approx(told, rel=1e-12)
+            assert fitted / start == pytest.approx(drifted, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def values(joint) -> dict[str, float]:
     return dict(zip(joint["parameter"], joint["value"], strict=True))
 
 
-def test_a_stated_size_is_held_and_a_wrong_one_is_told(tilted):
+def test_a_stated_size_is_held_and_a_wrong_one_is_reported(tilted):
     series, _ = tilted
     motions = series.motions
     fitted = values(identify_series(motions, stating(series))[0])
@@ -122,8 +122,8 @@ def test_a_stated_size_is_held_and_a_wrong_one_is_told(tilted):
     # An error of the measurement is the diagnosis' to take out, and identification says so.
     assert any("states length_scale_error" in note for note in one[0].notes)
     assert any("another size of table_tilt than [model] states" in note for note in one[0].notes)
-    told = values(wrong)
-    assert [told["table_tilt_x_m_per_s2"], told["table_tilt_y_m_per_s2"]] == pytest.approx(pull, abs=2e-3)
+    identified = values(wrong)
+    assert [identified["table_tilt_x_m_per_s2"], identified["table_tilt_y_m_per_s2"]] == pytest.approx(pull, abs=2e-3)
 
 
 def test_a_comparison_simulates_the_stated_sizes(tilted):

@@ -74,9 +74,9 @@ def identified(
     for run, name in zip(RUNS, names, strict=True):
         (folder / name).mkdir()
         text = (SAMPLE / run / "recording.toml").read_text(encoding="utf-8")
-        told = tomllib.loads(text)
-        told["model"]["effects"].append("table_tilt")  # fitted: a parameter with a direction in the world
-        (folder / name / "recording.toml").write_text(toml_of(settings(told)), encoding="utf-8")
+        stated = tomllib.loads(text)
+        stated["model"]["effects"].append("table_tilt")  # fitted: a parameter with a direction in the world
+        (folder / name / "recording.toml").write_text(toml_of(settings(stated)), encoding="utf-8")
         filmed = pd.read_parquet(SAMPLE / run / "tracks.parquet")
         filmed = filmed[filmed["frame"] < filmed["frame"].min() + FRAMES].reset_index(drop=True)
         tracks(filmed).to_parquet(folder / name / "tracks.parquet", index=False)
@@ -120,27 +120,27 @@ def moved(solved: Settings) -> Settings:
     return solved
 
 
-def cameras_otherwise(told: Settings) -> Settings:
+def cameras_otherwise(stated: Settings) -> Settings:
     """The cameras under other names, listed the other way round."""
-    told["cameras"] = [{**camera, "name": CAMERAS[camera["name"]]} for camera in told["cameras"]][::-1]
-    return told
+    stated["cameras"] = [{**camera, "name": CAMERAS[camera["name"]]} for camera in stated["cameras"]][::-1]
+    return stated
 
 
-def markers_otherwise(told: Settings) -> Settings:
+def markers_otherwise(stated: Settings) -> Settings:
     """The markers under other names, and in another order in their bodies."""
-    for body in told["bodies"].values():
+    for body in stated["bodies"].values():
         order = np.random.default_rng(3).permutation(len(body["markers"]))
         body["markers"] = [WORDS[body["markers"][i]] for i in order]
         if "layout_m" in body:
             body["layout_m"] = [body["layout_m"][i] for i in order]
         if "centre_marker" in body:
             body["centre_marker"] = WORDS[body["centre_marker"]]
-    return told
+    return stated
 
 
-def one_marker_less(told: Settings) -> Settings:
+def one_marker_less(stated: Settings) -> Settings:
     """A marker on the ground that is not there."""
-    return {**told, "bodies": told["bodies"] | {"ground": {"markers": ["G1", "G2"]}}}
+    return {**stated, "bodies": stated["bodies"] | {"ground": {"markers": ["G1", "G2"]}}}
 
 
 def test_where_the_board_lay_when_the_clock_started_names_and_orders(base, tmp_path):
@@ -160,7 +160,7 @@ def test_where_the_board_lay_when_the_clock_started_names_and_orders(base, tmp_p
     found = identified(
         tmp_path / "otherwise",
         tracks,
-        lambda told: markers_otherwise(cameras_otherwise(one_marker_less(told))),
+        lambda stated: markers_otherwise(cameras_otherwise(one_marker_less(stated))),
         lambda solved: cameras_otherwise(moved(solved)),
         names=("y", "Nº 3"),
     )

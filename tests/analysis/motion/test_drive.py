@@ -66,12 +66,12 @@ def test_a_run_whose_drive_points_elsewhere_is_named():
     assert one.run == 2 and one.size == pytest.approx(0.1, abs=2e-3)
 
 
-def test_a_host_at_rest_that_was_to_be_driven_is_told():
+def test_a_host_at_rest_that_was_to_be_driven_is_reported():
     assert found([host(0.0)])["frequency"].size == -1.0
 
 
 def test_sizes_are_the_worlds():
-    """In the units of a rig four times as large frequencies are halved, and told as they were."""
+    """In the units of a rig four times as large frequencies are halved, and reported as they were."""
     large = RigFrame(np.zeros(2), 0.0, (0.5,), 4.0)
     asked = Excitation(frequency_hz=5.5, acceleration_g=LEVEL_G, axis="x")
     kinds = {one.kind: one for one in drive_findings([host(sine() + sine(47.0, 1e-4))], [asked], large)}

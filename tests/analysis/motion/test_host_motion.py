@@ -108,7 +108,7 @@ def seen_under(drive, seed, correlation=0.0, n=800, sd=8e-6):
 @pytest.mark.parametrize("across", ["a line of its own", "along with the drive"])
 def test_the_way_across_a_sweeping_drive_is_followed(across):
     """A hundredth of the drive, under correlated noise of 50 um: a line that it keeps, or the drive's own path. The
-    sweep's mean frequency missed the drive's own by 63 um, which no test of the residuals told from such noise."""
+    sweep's mean frequency missed the drive's own by 63 um, which to every test of the residuals was such noise."""
     t, off = np.arange(660) / 1340 - 0.25, []
     x = 0.039 * np.sin(TURN * (7.6 * t + 2.3 * t * t))
     y = 4e-4 * np.sin(TURN * 9.1 * t + 0.7) if across == "a line of its own" else 0.01 * x
@@ -296,7 +296,7 @@ def test_a_size_that_goes_through_zero_makes_no_other_frequency():
 @pytest.mark.parametrize("seed", range(6))
 def test_lines_that_come_to_no_rest_still_are_the_path_that_they_leave_their_residual_of(seed):
     """Two lines nearer than a line's width, on a path that is none: their frequencies had moved on after the last
-    amplitudes, and the path was 5 mm off the one that the residual was told of."""
+    amplitudes, and the path was 5 mm off the one that the residual was taken from."""
     rng = np.random.default_rng(seed)
     time_s = np.arange(1200) / 1600
     size, rate, phase = rng.normal(0, 1e-3, 12), rng.uniform(60, 220, 12), rng.uniform(0, 6, 12)

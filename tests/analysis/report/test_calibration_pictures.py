@@ -58,7 +58,7 @@ def test_a_window_that_sees_past_the_plane_ends_at_the_horizon():
         assert ax.get_xlim()[1] - ax.get_xlim()[0] < 300 and ax.get_ylim()[1] - ax.get_ylim()[0] < 200  # mm
 
 
-def test_the_cameras_distance_is_told_with_its_sd():
+def test_the_cameras_distance_is_reported_with_its_sd():
     cameras = list(two_cameras())  # 0.4 m apart
     world = pd.DataFrame({"quantity": ["height_m", "distance_m of VW1 and VW2"], "sd": [1e-6, 5e-5]})
     assert calibration_worth._distances(world, cameras) == ["VW1 and VW2 stand (400.00 ± 0.05) mm apart."]

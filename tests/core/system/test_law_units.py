@@ -1,4 +1,4 @@
-"""Laws told in other units and at other times: the same law."""
+"""Laws written in other units and at other times: the same law."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def in_units(known):
 def test_every_candidate_is_the_same_law_in_other_units():
     known = np.random.default_rng(3).uniform(0.02, 0.9, W.KNOWN_SIZE)
     known[[W.BLOW_TIMES + i for i in BLOWS]] -= 0.9  # before the time that it is
-    told = known * np.linspace(0.7, 1.4, 5)[:, None]  # no scale that starts at a quantile lies on what is asked
-    candidates = [*flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)), *law_candidates(told)]
+    varied = known * np.linspace(0.7, 1.4, 5)[:, None]  # no scale that starts at a quantile lies on what is asked
+    candidates = [*flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)), *law_candidates(varied)]
     pulses = Term("fixed_direction", 1.6, (Factor("time", "pulses", 0.02, 0.3, 0.1),), x=0.4)
     terms = {one.name: one.terms for one in candidates} | {"pulses": (pulses,)}
     terms["gates"] = (Term("swirl", 1.6, (Factor("time", "gates", 0.2, 0.3, 0.1),)),)

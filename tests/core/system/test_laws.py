@@ -245,7 +245,7 @@ def test_a_wall_of_any_shape_is_met_where_its_law_says(term, rounded_rad):
 
 
 def test_what_remembers_the_contact_before():
-    """A run cut at an impact and begun anew from there goes on as it did, if it is told of the impact; and nothing is
+    """A run cut at an impact and begun anew from there goes on as it did, if it is given the impact; and nothing is
     remembered before the first one."""
     pull = WrittenLaw((Term("from_last_contact", -6.0, (Factor("from_contact", "below", 1.0, 0.03),)),))
     harder = WrittenLaw((Term("floor_friction", 0.5, (Factor("last_approach"),)),))
@@ -350,7 +350,7 @@ def test_what_blows_set_swinging_and_how_many_there_were(quantity):
                 Factor(quantity, **wrong)
 
 
-def test_what_a_blow_leaves_without_swinging_back_is_told_without_a_rate():
+def test_what_a_blow_leaves_without_swinging_back_is_reported_without_a_rate():
     law = WrittenLaw((Term("restitution", 0.1, (Factor("swing_rate", y=0.05),)),))
     assert as_text(law) == "restitution += 0.1 s/m * swing_rate(within 0.05 s)"
     assert legend(law)[-1][1].endswith("where the disk is, within 0.05 s")

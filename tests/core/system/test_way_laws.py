@@ -170,8 +170,8 @@ def test_what_a_law_of_the_way_says_of_itself():
     assert "trail_along(within 20 mm) * floor_friction" in text
     assert "exp(-(off_path / 0.02 m)^2 / 2)" in text
     assert r"\bar e_\parallel" in latex
-    told = dict(legend(law))
-    assert told[r"\bar s"].endswith("within 0.03 s") and told[r"\bar e_\perp"].endswith("within 20 mm")
+    meanings = dict(legend(law))
+    assert meanings[r"\bar s"].endswith("within 0.03 s") and meanings[r"\bar e_\perp"].endswith("within 20 mm")
     small = law.in_units(0.5, 2.0).terms
     assert small[0].factors[0].y == pytest.approx(0.04)
     assert small[-1].factors[0].y == pytest.approx(0.015)

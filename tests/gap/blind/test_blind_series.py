@@ -215,11 +215,11 @@ def test_another_place_has_the_same_pictures_and_tells_its_own_world(two_places)
     for name, points in here.items():
         world = 3.0 * points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + (1.2, -0.7, 0.0)
         assert np.abs(there[name] - world).max() < 1e-8
-    told = tomllib.loads(elsewhere.recordings[0][0])
-    assert told["bodies"]["host"]["inner_radius_m"] == pytest.approx(0.15) and told["bodies"]["nes"][
+    stated = tomllib.loads(elsewhere.recordings[0][0])
+    assert stated["bodies"]["host"]["inner_radius_m"] == pytest.approx(0.15) and stated["bodies"]["nes"][
         "mass_kg"
     ] == pytest.approx(0.0246 * 27)
-    assert told["time"]["frame_rate_hz"] == pytest.approx(800 / np.sqrt(3)) and told["excitation"][
+    assert stated["time"]["frame_rate_hz"] == pytest.approx(800 / np.sqrt(3)) and stated["excitation"][
         "frequency_hz"
     ] == pytest.approx(11 / np.sqrt(3))
 
@@ -280,7 +280,7 @@ def test_places_are_drawn_over_the_whole_bench():
 
 
 def test_the_plane_leans_the_same_way_in_a_turned_world():
-    """The Host's markers triangulated in the told world: their normal leans as the truth says."""
+    """The Host's markers triangulated in the world of recording.toml: their normal leans as the truth says."""
     place = Place((0.4, 0.9), -2.0)
     series = make_series("plane_tilt", 1.0, np.random.default_rng(4), runs=1, noise="white", place=place)
     points, _ = _points(series, "G")

@@ -140,8 +140,8 @@ def test_perfect_answers_meet_every_goal_but_the_coverage():
     tilt = next(c for c in score.per_cause(rows, answers) if c["cause"] == "table_tilt")
     assert all(right == n for right, n in tilt["found"].values()) and tilt["detectable"] == 4e-3
     assert figures["right in every point"].value == 1.0
-    told = {f.name: f for f in probability_figures(rows, np.random.default_rng(0))}
-    assert told["Brier score, effects"].met and told["Brier score, none and unknown"].met
+    brier = {f.name: f for f in probability_figures(rows, np.random.default_rng(0))}
+    assert brier["Brier score, effects"].met and brier["Brier score, none and unknown"].met
     assert all(band["share_true"] in (0.0, 1.0) for band in reliability(rows))
 
 
@@ -179,9 +179,9 @@ def test_a_probability_that_is_wrong_costs():
         for t in truths.values()
         if t["effect"] == "none"
     ]
-    told = {f.name: f.value for f in probability_figures(rows, np.random.default_rng(0))}
-    assert told["Brier score, effects"] == pytest.approx(0.81) == told["Brier score, none and unknown"]
-    assert told["log score, effects (0 is best)"] == pytest.approx(-np.log(0.1))
+    values = {f.name: f.value for f in probability_figures(rows, np.random.default_rng(0))}
+    assert values["Brier score, effects"] == pytest.approx(0.81) == values["Brier score, none and unknown"]
+    assert values["log score, effects (0 is best)"] == pytest.approx(-np.log(0.1))
     high = next(band for band in reliability(rows) if band["from"] == 0.8)
     assert high["share_true"] == 0.0 and not high["holds"]
 
@@ -309,4 +309,4 @@ def test_withheld_cause_is_judged_by_verdict_and_stage():
     assert figures["unknown when the cause is withheld, large size"].value == pytest.approx(2 / 3)
     assert figures["given another name"].value == pytest.approx(1 / 3)
     assert figures["unknown: in the right stage"].value == pytest.approx(1 / 2)
-    assert "friction that follows the sliding speed" in withheld_markdown([found, elsewhere], "told")
+    assert "friction that follows the sliding speed" in withheld_markdown([found, elsewhere], "made by a test")

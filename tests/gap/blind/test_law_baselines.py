@@ -82,5 +82,5 @@ def test_a_library_finds_nothing_in_noise(impacts, listed):
 
 def test_a_gaussian_process_predicts_the_law(impacts):
     rows, law = impacts
-    told = gaussian_process(rows.problem, blow_features(rows, np.random.default_rng(1)))
-    assert share(rows, law, told.nuisances[:, :0], told) > 0.8
+    predicted = gaussian_process(rows.problem, blow_features(rows, np.random.default_rng(1)))
+    assert share(rows, law, predicted.nuisances[:, :0], predicted) > 0.8

@@ -53,7 +53,7 @@ def test_the_share_of_an_oracle(place, left, share):
 
 
 def test_whom_an_oracle_can_be_asked_of():
-    told = {"stages": ["flight", "flight"], "noise": "ar1", "verdict": "effect"}
-    assert in_flights(told)
-    assert not in_flights(told | {"noise": "warp"}) and not in_flights(told | {"stages": ["flight", "impact"]})
-    assert not in_flights(told | {"verdict": "unknown"}) and not in_flights(told | {"stages": [], "verdict": "none"})
+    truth = {"stages": ["flight", "flight"], "noise": "ar1", "verdict": "effect"}
+    assert in_flights(truth)
+    assert not in_flights(truth | {"noise": "warp"}) and not in_flights(truth | {"stages": ["flight", "impact"]})
+    assert not in_flights(truth | {"verdict": "unknown"}) and not in_flights(truth | {"stages": [], "verdict": "none"})

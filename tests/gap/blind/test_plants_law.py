@@ -48,9 +48,9 @@ def test_what_a_central_force_adds_along_a_flight(place):
     off = np.column_stack([states[:, 0] - host, states[:, 1] - aside])
     c, s = np.cos(place.turned_rad), np.sin(place.turned_rad)
     expected = -rate_per_s2 * off @ np.array([[c, s], [-s, c]])
-    told = pushes(motion, without, time_s * place.slower, place)
-    assert np.allclose(told[:, :2], expected, atol=1e-9, rtol=1e-6)
-    assert np.allclose(told[:, 2], 0.0, atol=1e-9)
+    added = pushes(motion, without, time_s * place.slower, place)
+    assert np.allclose(added[:, :2], expected, atol=1e-9, rtol=1e-6)
+    assert np.allclose(added[:, 2], 0.0, atol=1e-9)
     assert not pushes(motion, without, np.array([-1.0, 1e3]), place).any()  # nobody knows what it did there
 
 
@@ -58,32 +58,32 @@ def test_what_a_central_force_adds_along_a_flight(place):
 def test_what_a_scuffed_rim_takes_of_blows(place):
     """It follows the slip of the last blow, at none at first, and nothing of friction beside a blow as hard."""
     outline, motion, without = remembered("unknown_scuffed_rim", place)
-    told, lost = blow_changes(motion, without, place), outline.draft.parameters["unknown_scuffed_rim"]
+    changes, lost = blow_changes(motion, without, place), outline.draft.parameters["unknown_scuffed_rim"]
     slips = np.abs(motion.impacts[:, 2])
     expected = [0.0, *(-lost["scuffed_s_per_m"] * before for before, _ in pairwise(slips))]
-    assert len(told.restitution) > 5 and np.ptp(expected) > 0.05
-    assert np.allclose(told.restitution, expected, atol=1e-6, rtol=1e-6)
-    assert np.allclose(told.along_m_per_s, 0.0, atol=1e-4 * place.slower, rtol=0)
-    assert np.allclose(told.reach_m, 0.0, atol=1e-12, rtol=0)
-    assert np.allclose(told.time_s, motion.impacts[:, 0] * place.slower, atol=1e-12, rtol=0)
+    assert len(changes.restitution) > 5 and np.ptp(expected) > 0.05
+    assert np.allclose(changes.restitution, expected, atol=1e-6, rtol=1e-6)
+    assert np.allclose(changes.along_m_per_s, 0.0, atol=1e-4 * place.slower, rtol=0)
+    assert np.allclose(changes.reach_m, 0.0, atol=1e-12, rtol=0)
+    assert np.allclose(changes.time_s, motion.impacts[:, 0] * place.slower, atol=1e-12, rtol=0)
 
 
 def test_what_a_bared_rim_does_along_the_wall():
     """Friction alone: the impulse of blows that slide by it, no rebound, and as much of the spin as the impulse."""
     _, motion, without = remembered("unknown_bared_rim")
-    told = blow_changes(motion, without, Place())
-    assert np.allclose(told.restitution, 0.0, atol=1e-9, rtol=0)
-    assert np.allclose(told.turned_m_per_s, 0.0, atol=1e-9, rtol=0)
-    assert np.max(np.abs(told.along_m_per_s)) > 0.05
-    assert told.along_m_per_s[0] == pytest.approx(0.0, abs=1e-12)  # nothing was struck before
+    changes = blow_changes(motion, without, Place())
+    assert np.allclose(changes.restitution, 0.0, atol=1e-9, rtol=0)
+    assert np.allclose(changes.turned_m_per_s, 0.0, atol=1e-9, rtol=0)
+    assert np.max(np.abs(changes.along_m_per_s)) > 0.05
+    assert changes.along_m_per_s[0] == pytest.approx(0.0, abs=1e-12)  # nothing was struck before
 
 
 def test_what_a_flattened_rim_does_to_the_walls_reach():
     outline, motion, without = remembered("unknown_flattened_rim")
-    told = blow_changes(motion, without, Place())
+    changes = blow_changes(motion, without, Place())
     most_m = outline.draft.parameters["unknown_flattened_rim"]["flattened_m"]
-    assert told.reach_m[0] == pytest.approx(0.0, abs=1e-9)
-    assert np.all(told.reach_m > -1e-6) and 0.1 * most_m < told.reach_m.max() <= 1.01 * most_m
+    assert changes.reach_m[0] == pytest.approx(0.0, abs=1e-9)
+    assert np.all(changes.reach_m > -1e-6) and 0.1 * most_m < changes.reach_m.max() <= 1.01 * most_m
 
 
 def test_every_cause_that_is_asked_for_can_be_taken_out():

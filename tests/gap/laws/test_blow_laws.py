@@ -88,8 +88,8 @@ def test_what_turns_and_blows_leave_is_in_the_dictionary(recorded, stage, causes
         "impacts": (laws, law_candidates(laws.known)), "walls": (walls, wall_candidates(walls.known))
     }[stage]  # fmt: skip
     asked = Asked.of(rows, candidates)
-    told = {name: asked.closed((term, None)) for name, term in causes.items()}
-    assert {name: one for name, one in told.items() if one[0] < ENOUGH} == {}
+    closed = {name: asked.closed((term, None)) for name, term in causes.items()}
+    assert {name: one for name, one in closed.items() if one[0] < ENOUGH} == {}
 
 
 @pytest.mark.parametrize(
@@ -204,8 +204,8 @@ def test_a_camera_that_steadies_its_picture_follows_the_disk(tmp_path):
     """All of its picture goes the other way, along u and along v."""
     series, _ = made_series(tmp_path, "unknown_steadied_picture", 0.9, 82, runs=2)
     laws, _ = find_frame_laws(series, np.random.default_rng(0))
-    told = {one for law in laws for one in ((t, q) for t, names in quantities(law) for q in names)}
-    assert told == {("picture_u", "nes_place_along"), ("picture_v", "nes_place_along")}
+    found = {one for law in laws for one in ((t, q) for t, names in quantities(law) for q in names)}
+    assert found == {("picture_u", "nes_place_along"), ("picture_v", "nes_place_along")}
     assert all(law.closed > 0.9 for law in laws)
 
 
@@ -221,16 +221,16 @@ def test_what_a_law_makes_of_friction_says_which_impacts_stick(tmp_path):
     assert law.closed > 0.95
     known = np.zeros((50, W.KNOWN_SIZE))
     known[:, W.SLIP] = np.linspace(0.1, 1.5, 50)
-    told = np.empty((50, 1))
-    sizes(rows_of(law.rig_law.terms), known, told)
+    friction = np.empty((50, 1))
+    sizes(rows_of(law.rig_law.terms), known, friction)
     form = np.column_stack([np.ones(50), np.tanh(known[:, W.SLIP] / true["creep_m_per_s"])])
-    off = told[:, 0] - form @ np.linalg.lstsq(form, told[:, 0], rcond=None)[0]
-    assert np.std(off) < 0.1 * np.std(told)
+    off = friction[:, 0] - form @ np.linalg.lstsq(form, friction[:, 0], rcond=None)[0]
+    assert np.std(off) < 0.1 * np.std(friction)
 
 
-def test_friction_of_each_run_is_told_to_a_hundredth(tmp_path):
+def test_friction_of_each_run_is_reported_to_a_hundredth(tmp_path):
     """Impacts that slide in a run of little friction would stick on the usual wall, and the other way round: taken so,
-    halves of the runs told sizes of 1.09 and 0.86, each to a few hundredths, and the law was not believed."""
+    halves of the runs gave sizes of 1.09 and 0.86, each to a few hundredths, and the law was not believed."""
     series, _ = made_series(tmp_path, "unknown_fouled_wall", 1.1, 82, runs=4)
     impacts, fits = impact_fit(series)
     law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))

@@ -65,8 +65,8 @@ def test_it_is_the_first_camera_where_the_host_says_so(tmp_path):
     (law,), _ = find_frame_laws(series, np.random.default_rng(0))
     assert late_camera(series, law.rig_law.terms) == 1
     path = folder / "calibration.json"
-    told = json.loads(path.read_text())
-    path.write_text(json.dumps(told | {"cameras": told["cameras"][::-1]}))
+    calibration = json.loads(path.read_text())
+    path.write_text(json.dumps(calibration | {"cameras": calibration["cameras"][::-1]}))
     turned = load_series(read_series(folder), tmp_path / "turned")[0]
     (other,), _ = find_frame_laws(turned, np.random.default_rng(0))
     (term,) = other.law.terms

@@ -279,7 +279,7 @@ def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(searches, stage
 
 
 @pytest.mark.parametrize(
-    ("misfit", "size_m", "halves", "told"),
+    ("misfit", "size_m", "halves", "taken_out"),
     [
         (1.10, 2e-5, (1.0, 0.9), True),
         (1.165, 2e-5, (1.0, 0.9), False),  # flights fit by less than 1 % better
@@ -288,9 +288,9 @@ def test_a_law_of_frames_that_the_flights_do_not_believe_is_none(searches, stage
     ],
 )
 def test_a_tracker_stays_behind_where_flights_fit_better_without_it(
-    searches, monkeypatch, misfit, size_m, halves, told
+    searches, monkeypatch, misfit, size_m, halves, taken_out
 ):
-    """It is taken out before anything else is asked, and told beside what is left then."""
+    """It is taken out before anything else is asked, and reported beside what is left then."""
     law = SimpleNamespace(size=size_m, halves=Halves(halves, (0.1, 0.1)), law=SimpleNamespace(terms=()))
     before = asked(1.17, "flight", SimpleNamespace(contact_radius_m=0.04))
     searches({"caught up": misfit})
@@ -299,8 +299,8 @@ def test_a_tracker_stays_behind_where_flights_fit_better_without_it(
     behind = SimpleNamespace(stage="measurement", strength=9)
     monkeypatch.setattr(of_measurement, "_way_structure", lambda law, ladder: behind)
     found, after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
-    assert found == ((law,) if told else ())
-    if told:
+    assert found == ((law,) if taken_out else ())
+    if taken_out:
         assert after.structure[0] is behind and after.measured is before.measured
 
 
@@ -308,7 +308,7 @@ LASTS, NAMED, LEFT = "finite_contact_time", "table_tilt", "flight"
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "misfits", "size_m", "halves", "told"),
+    ("before", "after", "misfits", "size_m", "halves", "taken_out"),
     [
         (((), (LEFT,)), ((), ()), (1.17, 1.17), 2e-5, (1.0, 0.9), True),
         (((NAMED,), (LEFT,)), ((NAMED,), (LEFT,)), (1.17, 1.10), 2e-5, (1.0, 0.9), True),
@@ -321,7 +321,7 @@ LASTS, NAMED, LEFT = "finite_contact_time", "table_tilt", "flight"
     ],
 )
 def test_places_hold_something_of_others_where_less_is_left_without_it(
-    searches, monkeypatch, before, after, misfits, size_m, halves, told
+    searches, monkeypatch, before, after, misfits, size_m, halves, taken_out
 ):
     """Or as much, and flights fit better; a contact that lasts cuts corners, too."""
 
@@ -338,11 +338,11 @@ def test_places_hold_something_of_others_where_less_is_left_without_it(
     monkeypatch.setattr(of_measurement, "without_frame_laws", lambda series, laws: "sharp")
     monkeypatch.setattr(of_measurement, "run_ladder", lambda series, rng, withheld: again)
     found = of_measurement._blow_law(first, np.random.default_rng(0), frozenset())
-    assert found == ((law, again) if told else (None, first))
+    assert found == ((law, again) if taken_out else (None, first))
 
 
 def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, monkeypatch):
-    """And what was told of the measurement stays told beside it."""
+    """And what was reported of the measurement stays reported beside it."""
     law, card, before, asked_of = a_law(), a_law(), asked(1.17), []
     searches({"corrected": 1.1}, ((law,), "corrected"))
 
@@ -358,30 +358,30 @@ def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, m
     assert after.measured == before.measured
 
 
-def test_a_clock_that_drifts_from_run_to_run_is_told_beside_what_else_is(searches, monkeypatch):
+def test_a_clock_that_drifts_from_run_to_run_is_reported_beside_what_else_is(searches, monkeypatch):
     """It is taken out before anything else is asked."""
-    drift, told, before = (
+    drift, drifts, before = (
         a_law(),
         SimpleNamespace(stage="measurement", strength=5.0, is_taken_out=False),
         asked(1.17, "flight"),
     )
     searches({"in other times": 1.17})
-    monkeypatch.setattr(of_measurement, "drifting_clock_law", lambda series, drive: (drift, told))
+    monkeypatch.setattr(of_measurement, "drifting_clock_law", lambda series, drive: (drift, drifts))
     monkeypatch.setattr(of_measurement, "without_frame_laws", lambda series, laws: "in other times")
     found, after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
-    assert found == (drift,) and after.structure[0] is told and after.measured == before.measured
+    assert found == (drift,) and after.structure[0] is drifts and after.measured == before.measured
 
 
-def test_a_delay_that_a_pictures_law_takes_away_is_not_told():
-    """Points that a picture moves in some runs seem moved by a late camera; where one is late still, that is told."""
+def test_a_delay_that_a_pictures_law_takes_away_is_not_reported():
+    """Points that a picture moves in some runs seem moved by a late camera; where one is late still, it is kept."""
     delay, shift = SimpleNamespace(stage="measurement"), SimpleNamespace(stage="measurement")
     before, after = (SimpleNamespace(measurement=SimpleNamespace(clock_change=one)) for one in (delay, None))
     laws = {
         target: SimpleNamespace(law=WrittenLaw((Term(target, 1.0, (Factor("run"),), 1.0),)))
         for target in ("picture_u", "camera_delay")
     }
-    told = of_measurement._without_spurious_delay([delay, shift], (laws["picture_u"],), before, after)
-    assert told == [shift]
+    left = of_measurement._without_spurious_delay([delay, shift], (laws["picture_u"],), before, after)
+    assert left == [shift]
     assert of_measurement._without_spurious_delay([delay, shift], tuple(laws.values()), before, after) == [delay, shift]
     assert of_measurement._without_spurious_delay([delay, shift], (laws["picture_u"],), before, before) == [
         delay,
@@ -426,8 +426,8 @@ def test_a_lens_that_has_changed_is_left_and_has_its_law(tmp_path, loaded, kind,
     """It had been a wrong length scale, a tilted plane, a window: none of them is found beside it.  Held by the next
     diagnosis nothing of it is left."""
     true, series = loaded(kind, 0.8, 2, runs=2)
-    (told,) = changed_pictures(series)
-    assert (told.stage, told.unit) == ("measurement", "px") and told.p < 1e-4
+    (structure,) = changed_pictures(series)
+    assert (structure.stage, structure.unit) == ("measurement", "px") and structure.p < 1e-4
     (law,) = changed_picture_laws(series)
     (term,) = law.law.terms
     px = true["refocused_px"] / REFOCUS_PX**3 if "refocused_px" in true else true["knocked_px"] / REFOCUS_PX**2
@@ -451,9 +451,9 @@ def test_a_lens_that_has_changed_is_left_and_has_its_law(tmp_path, loaded, kind,
 def test_boards_that_were_not_true_and_a_skew_have_their_law(tmp_path, loaded, kind):
     """They had been a wrong length scale and a tilted plane.  Held by the next diagnosis nothing of them is left."""
     true, series = loaded(kind, 0.8, 5, runs=2)
-    (told,) = changed_pictures(series)
-    assert (told.stage, told.unit) == ("measurement", "px") and told.p < 1e-4
-    assert "boards" in told.goes_with or "skewed" in told.goes_with
+    (structure,) = changed_pictures(series)
+    assert (structure.stage, structure.unit) == ("measurement", "px") and structure.p < 1e-4
+    assert "boards" in structure.goes_with or "skewed" in structure.goes_with
     (law,) = changed_picture_laws(series)
     (term,) = law.law.terms
     expected = {
@@ -475,10 +475,10 @@ def test_a_picture_that_is_bent_more_than_a_calibration_leaves_is_left(loaded):
     """Markers that bloom bend it in no form; a lens residual that is tolerated is none."""
     _, series = loaded("unknown_blooming_markers", 1.0, 3, runs=3)
     assert changed_pictures(series) == []
-    (told,) = bent_picture(series)
-    assert told.is_taken_out and told.stage == "measurement" and told.size > MOST_LENS_PX
-    assert told.p == two_sided(series.lens_sds) < 1e-4
-    assert "do not trust a tilt" in unknown_test(told.stage, told.goes_with)
+    (structure,) = bent_picture(series)
+    assert structure.is_taken_out and structure.stage == "measurement" and structure.size > MOST_LENS_PX
+    assert structure.p == two_sided(series.lens_sds) < 1e-4
+    assert "do not trust a tilt" in unknown_test(structure.stage, structure.goes_with)
     _, plain = loaded("none", 1.0, 8, "warp", 2)
     assert 0.1 < max(plain.picture_bends_px.values()) < MOST_LENS_PX and bent_picture(plain) == []
 
@@ -510,7 +510,7 @@ def test_a_lasting_bend_is_taken_out_of_tracks_as_it_was_put_in(loaded):
 
 
 def test_a_law_of_boards_reads_and_turns_with_the_world():
-    """In words and as a formula; of a turned and shifted world it is told there."""
+    """In words and as a formula; in a turned and shifted world it is written for that one."""
     longer_one_way = WrittenLaw((Term("board_stretch", 0.0049, (), 0.3),))
     assert as_text(longer_one_way) == "place by the boards += 0.0049 * place_along(0.3 rad)"
     assert r"(\vec e_{\varphi}\cdot\vec x)" in as_latex(longer_one_way)

@@ -176,7 +176,7 @@ def test_a_rim_that_the_spin_lets_bulge_has_its_law():
 
 
 def test_no_form_of_the_wall_stands_twice():
-    """A second one would be told as a rival that the data cannot tell from the first."""
+    """A second one would be reported as a rival that the data cannot tell from the first."""
     known = np.random.default_rng(0).uniform(0.1, 1.0, (60, W.KNOWN_SIZE))
     forms = [frozenset(frozenset(term.factors) for term in one.terms) for one in wall_candidates(known)]
     assert len(forms) == len(set(forms))

@@ -119,12 +119,12 @@ def test_effects_that_are_added_are_named_and_without_them_their_laws_have_no_na
     found = diagnose(brought(made, folder), np.random.default_rng(0))
     assert (found.summary["verdict"], set(found.summary["effects"])) == ("effect", {SWIRL.name, SLIP.name})
     assert found.laws == () and found.summary["left"] == []
-    told = {cause.effect: next(iter(cause.parameters.values())) for cause in found.ladder.causes}
+    named_sizes = {cause.effect: next(iter(cause.parameters.values())) for cause in found.ladder.causes}
     for effect, size in (
         (SWIRL, true["unknown_swirl"]["swirl_per_s2"]),
         (SLIP, -true["unknown_slip_restitution"]["slip_restitution_s_per_m"]),
     ):
-        value, sd = told[effect.name]
+        value, sd = named_sizes[effect.name]
         assert abs(value - size) < 3 * sd < 0.6 * abs(size), effect.name
     gap = found.summary["gap"]
     assert gap["shrinkage"] > 0.99 and sum(one["shrinkage"] for one in gap["by_effect"].values()) > 0.99
@@ -215,7 +215,7 @@ def test_chance_is_found_as_often_as_it_says():
 
 
 def few_telling_blocks(seed):
-    """Sixty blocks of eight rows in four runs, noise alone: 300 smooth columns, told of by a few blocks."""
+    """Sixty blocks of eight rows in four runs, noise alone: 300 smooth columns that a few blocks show."""
     rng = np.random.default_rng(seed)
     block, along = np.repeat(np.arange(60), 8), np.tile(np.linspace(0, 1, 8), 60)
     shapes = np.array([along, along**2, along**3])
@@ -412,18 +412,18 @@ def test_every_candidate_is_set_as_a_formula():
 
 
 def test_a_width_that_is_hardly_known_stays_a_width():
-    """An interval is told, and no law of a negative width is asked for."""
+    """An interval is given, and no law of a negative width is asked for."""
 
     def build(values):
         return WrittenLaw((Term("floor_friction", values[0], (Factor("radius", "gaussian", 1.0, values[1], 0.02),)),))
 
-    told = with_sds(build, np.array([0.3, 0.001]), np.diag([0.01, 0.04]) ** 2)  # sds
-    assert told["coefficient"][:2] == pytest.approx((0.3, 0.01))
-    assert told["radius_scale_m"][:2] == pytest.approx((0.001, 0.04))
+    numbers = with_sds(build, np.array([0.3, 0.001]), np.diag([0.01, 0.04]) ** 2)  # sds
+    assert numbers["coefficient"][:2] == pytest.approx((0.3, 0.01))
+    assert numbers["radius_scale_m"][:2] == pytest.approx((0.001, 0.04))
 
 
 def test_a_place_that_is_searched_stays_about_the_rig():
-    """A Gaussian's flank from far away fits any slope: its place is told only where it is one."""
+    """A Gaussian's flank from far away fits any slope: its place is given only where it is one."""
     patch = next(one for one in flight_candidates(RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)) if "patch" in one.name)
     x, y, width = Numbers(patch).at(np.array([-1e3, 1e3, 0.0])).numbers
     assert np.hypot(x - patch.numbers[0], y - patch.numbers[1]) < 2 * 0.04

@@ -54,9 +54,9 @@ def test_a_force_may_be_another_from_any_run_on(target):
     """Constant and step are one candidate: a step alone explains half of what lies to both sides of the mean."""
     scales = RigScales(0.04, 1.7, 0.06, 0.8, 69.0, 100.0, RUNS)
     constants = [one for one in flight_candidates(scales) if len(one.terms) in (2, 4) and one.name.endswith("on")]
-    told = steps_of(constants, target)
+    by_step = steps_of(constants, target)
     both = 4 if target == "fixed_direction" else 2
-    assert sorted(step for step, terms in told.items() if both in terms) == STEPS
+    assert sorted(step for step, terms in by_step.items() if both in terms) == STEPS
 
 
 def test_laws_and_walls_may_change_between_any_two_runs():
@@ -72,11 +72,11 @@ def test_friction_may_begin_anew_every_few_runs():
     """Evenly more or less with each run, back before the first of them; not asked where it would not begin twice."""
     for runs, every in ((RUNS, [3, 4, 5, 6]), (6, [3, 4]), (4, [])):
         scales = RigScales(0.04, 1.7, 0.06, 0.8, 69.0, 100.0, runs)
-        told = [one.terms[0] for one in flight_candidates(scales) if "begins anew" in one.name]
-        assert sorted({t.factors[0].scale for t in told}) == every and len(told) == sum(every)
+        anew = [one.terms[0] for one in flight_candidates(scales) if "begins anew" in one.name]
+        assert sorted({t.factors[0].scale for t in anew}) == every and len(anew) == sum(every)
         known = np.zeros((runs, W.KNOWN_SIZE))
         known[:, W.RUN] = np.arange(runs)
-        for term in told:
+        for term in anew:
             assert term.target == "floor_friction"
             given = np.empty((runs, 1))
             sizes(rows_of([term]), known, given)
@@ -150,7 +150,7 @@ def test_a_law_is_nil_in_the_run_that_leaves_no_window(monkeypatch):
     written = WrittenLaw((Term("picture_u", -0.7, (Factor("run", "below", 1.0, 1.5),), 1.0, 0.0, 0.01),))
     none = np.zeros(5)
     numbers = {"coefficient": (-0.7, 0.01, "px"), "run_scale": (1.5, 0.0, "1")}
-    told = LawFound(written, written, numbers, 0.0, none, none, none, ())
+    whole = LawFound(written, written, numbers, 0.0, none, none, none, ())
     series = SimpleNamespace(runs=[None] * 5, frame=RigFrame(np.zeros(2), 0.0, (0.0,) * 5))
 
     def window(_, laws):
@@ -158,12 +158,12 @@ def test_a_law_is_nil_in_the_run_that_leaves_no_window(monkeypatch):
         return Finding("sensor_window_offset", {}, 9.0, size, size > 0.0)
 
     monkeypatch.setattr(frame_law, "_window", window)
-    (law,) = frame_law._nil_somewhere([told], series)
+    (law,) = frame_law._nil_somewhere([whole], series)
     assert law.law.terms == (Term("picture_u", 0.7, (Factor("run", "beyond", 1.0, 1.5),), 1.0, 0.0, 0.01),)
     assert law.numbers == {"coefficient": (0.7, 0.01, "px"), "run_scale": (1.5, 0.0, "1")}
     # Where there is no window, nothing is asked.
     monkeypatch.setattr(frame_law, "_window", lambda *_: None)
-    assert frame_law._nil_somewhere([told], series) == [told]
+    assert frame_law._nil_somewhere([whole], series) == [whole]
 
 
 def test_a_drive_whose_frequency_goes_with_the_run_is_a_clocks_law():
@@ -189,7 +189,7 @@ def test_a_drive_whose_frequency_goes_with_the_run_is_a_clocks_law():
     assert law.closed > 0.95 and law.halves.agree and law.halves.both_show_it and believed(law, 1.0, 0.0) is law
     assert structure.stage == "measurement" and "shaker" in structure.goes_with
     np.testing.assert_allclose((law.evidence.before - law.evidence.after) / period_s, 4e-4 * (number - 3.5), atol=5e-5)
-    # Of a sweep or a random drive no frequency is told, and none where nothing was asked.
+    # A sweep or a random drive has no one frequency, and there is none where nothing was asked.
     sweeping = SimpleNamespace(paths=[SimpleNamespace(run=run, tells_lines=False) for run in range(8)])
     assert drifting_clock_law(series, sweeping) is None
     series.recordings = [SimpleNamespace(excitation=None)] * 8

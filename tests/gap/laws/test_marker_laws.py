@@ -1,4 +1,4 @@
-"""Markers that move on their bodies: told by name, written as a law, taken out; and what only looks like it.
+"""Markers that move on their bodies: named, written as a law, taken out; and what only looks like it.
 
 Causes of the plant, whose code shares nothing with the search; kinds in view: no blind result."""
 
@@ -28,7 +28,7 @@ SURE_90, RUNS = 1.645, 2
 
 
 @pytest.mark.parametrize(("size", "seed", "noise"), [(1.0, 4, "white"), (0.4, 7, "warp")])
-def test_a_marker_on_a_bent_tab_is_told_and_written(loaded, tmp_path, size, seed, noise):
+def test_a_marker_on_a_bent_tab_is_reported_and_written(loaded, tmp_path, size, seed, noise):
     """Its name, what it goes with, how far a unit of that moves it; read back, nothing moves on the Host any more.
     Before, a lens field took all of it."""
     true, series = loaded("unknown_bent_tab", size, seed, noise, RUNS)
@@ -51,7 +51,7 @@ def test_a_marker_on_a_bent_tab_is_told_and_written(loaded, tmp_path, size, seed
 
 
 @pytest.mark.parametrize("seconds", [(1.0, 1.0, 1.0), (2.4, 0.9, 1.0)])
-def test_a_marker_that_slides_is_told_in_runs_of_any_length(loaded, seconds):
+def test_a_marker_that_slides_is_reported_in_runs_of_any_length(loaded, seconds):
     """It goes farther in a longer run: half by half the three then disagreed by more than chance (found at 1 mm/s in
     none of 2.3, 0.9 and 1.0 s)."""
     _, series = loaded("none", 1.0, 4, "white", RUNS)
@@ -77,7 +77,7 @@ class Asked:
 
 
 def test_without_the_marker_everything_is_asked_again(loaded, monkeypatch):
-    """What was told stays told.  Before, the frames that the marker pulled with it were a scatter of the trigger."""
+    """What was reported stays.  Before, the frames that the marker pulled with it were a scatter of the trigger."""
     _, series = loaded("unknown_bent_tab", 1.0, 4, "white", RUNS)
     assert measurement_tests(series).findings["trigger_jitter"].found
     monkeypatch.setattr(of_measurement, "find_frame_laws", lambda series, rng: ((), series))

@@ -208,8 +208,8 @@ def test_a_blow_that_is_turned_against_the_slip_is_no_wrong_inertia(loaded):
     laws, ladder = laws_and_ladder(series)
     assert ladder.inertia.contradicted and not ladder.inertia.found
     assert "inertia_error" not in {cause.effect for cause in ladder.causes}
-    (told,) = [one for one in ladder.structure if one.goes_with == "the tangential impulse"]
-    assert (told.stage, told.coordinate) == ("impact", "spin")
+    (left,) = [one for one in ladder.structure if one.goes_with == "the tangential impulse"]
+    assert (left.stage, left.coordinate) == ("impact", "spin")
     (term,) = [term for law in laws for term in law.rig_law.terms if term.target == "spin_added"]
     assert [(one.quantity, one.function) for one in term.factors] == [("approach", "power"), ("slip", "tanh")]
     assert term.factors[1].scale == pytest.approx(0.4, rel=0.1) and term.coefficient > 0

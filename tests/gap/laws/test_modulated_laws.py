@@ -80,10 +80,10 @@ def test_columns_of_a_dictionary_are_those_of_each_term_by_itself(loaded):
     alone[:, 0] = np.where(block < 3, alone[:, 0], 0.0)
     table, groups = columns_of(some, lambda terms: alone[order].copy(), block[order])
     assert groups == [[i] for i in range(len(some))] and not np.any(table[:, 0])
-    told = np.any(table != 0.0, 0)
-    assert np.count_nonzero(told) > 0.5 * len(some)
-    expected = alone[order][:, told] / np.linalg.norm(alone[:, told], axis=0)
-    np.testing.assert_allclose(table[:, told], expected, rtol=1e-9, atol=1e-15)
+    filled = np.any(table != 0.0, 0)
+    assert np.count_nonzero(filled) > 0.5 * len(some)
+    expected = alone[order][:, filled] / np.linalg.norm(alone[:, filled], axis=0)
+    np.testing.assert_allclose(table[:, filled], expected, rtol=1e-9, atol=1e-15)
 
 
 def test_smooth_functions_tell_as_much_of_a_dictionary_as_all_the_frames_do(loaded):
@@ -166,7 +166,7 @@ def test_a_floor_that_wears_in_its_middle_is_more_there_at_first_and_less_at_las
     assert first * further < 0
 
 
-def test_what_settles_is_told_from_what_it_was_at_first():
+def test_what_settles_is_told_apart_from_what_it_was_at_first():
     one = settling("settling", ("blows", "exponential", 1.0), [4.0])
     assert one.make(4.0) == ((), (Factor("blows", "exponential", 1.0, 4.0),))
     two = changing("changing", ("radius", "gaussian", 1.0), [0.01], "run")

@@ -90,11 +90,11 @@ def test_a_rocking_beside_a_wrong_inertia_has_its_name(loaded):
     true = {"ratio": 0.8844, "relative": -0.5053, "decay_s": 0.02333}
     laws, ladder = laws_and_ladder(series)
     assert laws == () and ladder.structure == ()
-    told = {cause.effect: cause.parameters for cause in ladder.causes}
-    assert set(told) == {"nes_rocking", "inertia_error"}
-    for name, (value, sd) in (told["nes_rocking"] | told["inertia_error"]).items():
+    named = {cause.effect: cause.parameters for cause in ladder.causes}
+    assert set(named) == {"nes_rocking", "inertia_error"}
+    for name, (value, sd) in (named["nes_rocking"] | named["inertia_error"]).items():
         assert abs(value - true[name]) < 3 * sd
-    assert told["inertia_error"]["ratio"][1] < 0.01
+    assert named["inertia_error"]["ratio"][1] < 0.01
     assert ladder.flights.nominal.fits[0].run.law.shape[0] == 0 < ladder.flights.fitted.fits[0].run.law.shape[0]
 
 

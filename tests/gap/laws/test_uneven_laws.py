@@ -195,8 +195,8 @@ def test_causes_that_nobody_listed_are_in_the_dictionary(recorded, stage, causes
     """One candidate alone closes nine tenths of each on runs that have not seen it."""
     rows, candidates = recorded[stage]
     asked = Asked.of(rows, candidates)
-    told = {name: asked.closed(cause) for name, cause in causes.items()}
-    assert {name: one for name, one in told.items() if one[0] < ENOUGH} == {}
+    closed = {name: asked.closed(cause) for name, cause in causes.items()}
+    assert {name: one for name, one in closed.items() if one[0] < ENOUGH} == {}
 
 
 def test_a_law_of_the_few_impacts_that_slide_keeps_its_size(recorded):
@@ -243,9 +243,9 @@ def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
     assert {cause.effect for cause in named.causes} & set(RESTITUTION_EFFECTS)
     (law,), ladder = write_laws(named, rng)
     assert ladder.causes == () and ladder.impacts.restitution_terms == ()
-    # What is left is told by the law that stands there, not by the one that stood beside the names.
-    told = [one.goes_with for one in ladder.structure if one.stage == "impact"]
-    assert told and all("goes round" not in one for one in told), told
+    # What is left is named by the law that stands there, not by the one that stood beside the names.
+    followed = [one.goes_with for one in ladder.structure if one.stage == "impact"]
+    assert followed and all("goes round" not in one for one in followed), followed
     assert {target for target, _ in quantities(law)} == {"restitution"}
     assert sorted({name for _, names in quantities(law) for name in names}) == ["azimuth", "time"], as_text(law.law)
 
@@ -282,6 +282,6 @@ def test_a_wind_has_a_speed_and_a_direction():
         "coefficient": (-0.2, "1/m"), "wind_m_per_s": (5.0, "m/s"),
         "wind_rad": (pytest.approx(np.arctan2(4, 3)), "rad"),
     }  # fmt: skip
-    told = with_sds(build, values, np.diag([0.01, 0.1, 0.1]) ** 2)
-    assert told["wind_m_per_s"][1] == pytest.approx(0.1, rel=1e-3)
-    assert told["wind_rad"][1] == pytest.approx(0.02, rel=1e-3)
+    numbers = with_sds(build, values, np.diag([0.01, 0.1, 0.1]) ** 2)
+    assert numbers["wind_m_per_s"][1] == pytest.approx(0.1, rel=1e-3)
+    assert numbers["wind_rad"][1] == pytest.approx(0.02, rel=1e-3)

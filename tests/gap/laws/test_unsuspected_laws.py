@@ -62,12 +62,12 @@ def test_a_ring_of_two_halves_has_two_steps(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("kind", "severity", "seed", "told"), [("unknown_glinting_stickers", 0.4, 64, True), ("none", 1.0, 4, False)]
+    ("kind", "severity", "seed", "glints"), [("unknown_glinting_stickers", 0.4, 64, True), ("none", 1.0, 4, False)]
 )
-def test_markers_that_glint_as_the_disk_turns_are_told(loaded, kind, severity, seed, told):
+def test_markers_that_glint_as_the_disk_turns_are_found(loaded, kind, severity, seed, glints):
     """The two views miss each other by a cosine of its angle; nothing else of a rig does."""
     _, series = loaded(kind, severity, seed, runs=2)
-    assert [one.goes_with for one in turning_picture(series)] == ([GOES_WITH] if told else [])
+    assert [one.goes_with for one in turning_picture(series)] == ([GOES_WITH] if glints else [])
 
 
 def test_stickers_that_glint_in_one_view_have_their_law(loaded):
@@ -122,7 +122,7 @@ def test_what_rings_on_for_ever_is_no_answer_to_a_blow(loaded, monkeypatch):
         held_out = np.full(len(series.runs), 1e5)
         return replace(best(effect, *arguments), share=0.1, damping=damping, gain=1e6, held_out=held_out)
 
-    for damping, told in ((1e-8, 0), (0.05, 2)):
+    for damping, swings in ((1e-8, 0), (0.05, 2)):
         monkeypatch.setattr(terms, "best_swing", partial(ringing, damping=damping))
         found, _ = steps.drive_steps(series, fits, frozenset(), False)
-        assert len(found.swings) == told
+        assert len(found.swings) == swings

@@ -65,9 +65,9 @@ def test_an_effect_that_is_a_law_of_the_wall_is_named_and_as_a_law_held(tmp_path
     gap = found.summary["gap"]
     assert gap["shrinkage"] > 0.99
     assert gap["with_effect"]["impact_m_per_s"] < 0.2 * gap["recalibrated"]["impact_m_per_s"]
-    told = series.frame.world_parameters("dent", cause.parameters)
+    in_world = series.frame.world_parameters("dent", cause.parameters)
     path = tmp_path / "law-1.toml"
-    path.write_text(law_text(DENT.law({name: value for name, (value, _) in told.items()}), "a dent"))
+    path.write_text(law_text(DENT.law({name: value for name, (value, _) in in_world.items()}), "a dent"))
     laws, ladder = laws_and_ladder(brought(made, tmp_path / "series", (path,)))
     assert (laws, ladder.causes, ladder.structure) == ((), (), ())
 
@@ -182,7 +182,7 @@ def test_a_wall_leans_as_its_law_has_it(loaded):
     law = WrittenLaw((Term("contact_radius", size * wall.outline.radius_m, (wave,)),))
     law_of_lobes = SimpleNamespace(rig_law=law)
     leaning = leaning_wall(law_of_lobes, plain, flights.fits)
-    both = np.intersect1d(leaning.data.index, lobed.data.index)
+    both = np.intersect1d(leaning.data.at.index, lobed.data.at.index)
     turned = leaning.wall.impacts.normal_rad[both] - plain.wall.impacts.normal_rad[both]
     expected = lobed.wall.impacts.normal_rad[both] - plain.wall.impacts.normal_rad[both]
     assert np.std(expected) > 0.01

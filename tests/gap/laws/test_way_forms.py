@@ -58,9 +58,9 @@ def _torque(turn):
 def _trail(known, length_m):
     """Mean direction (N, 2) of the way just slid, summed along each flight from what is remembered at its start."""
     _, along = _slip(known)
-    way, rung = known[:, W.WAY], int(np.log2(length_m / (0.05 * RADIUS_M)))
+    way, entry = known[:, W.WAY], int(np.log2(length_m / (0.05 * RADIUS_M)))
     mean = np.empty((len(known), 2))
-    mean[0] = known[0, W.WAY + 1 + 2 * rung : W.WAY + 3 + 2 * rung]
+    mean[0] = known[0, W.WAY + 1 + 2 * entry : W.WAY + 3 + 2 * entry]
     for i in range(1, len(known)):
         kept = np.exp(-max(way[i] - way[i - 1], 0.0) / length_m)
         mean[i] = kept * mean[i - 1] + (1 - kept) * along[i]
@@ -80,8 +80,8 @@ def _castor(known):
 
 def _hunting(known):
     """To and fro across the way, once in 33 mm."""
-    told = known[:, W.WAY_BEFORE] >= 0.0
-    wave = told * np.sin(2 * np.pi * (known[:, W.WAY] - known[:, W.WAY_BEFORE]) / 0.033)
+    met_before = known[:, W.WAY_BEFORE] >= 0.0
+    wave = met_before * np.sin(2 * np.pi * (known[:, W.WAY] - known[:, W.WAY_BEFORE]) / 0.033)
     return _force(2.0 * wave[:, None] * _left(_slip(known)[1]))
 
 

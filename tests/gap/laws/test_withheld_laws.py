@@ -51,7 +51,7 @@ def test_the_forms_of_a_tilt_and_a_drag_move_the_disk_like_the_effects():
 
 
 @pytest.mark.parametrize(
-    ("law", "entry", "told"),
+    ("law", "entry", "judged"),
     [
         (DRAG, ENTRY, (True, True)),
         (DRAG, {"parameters": {"coefficient": {"value": -0.5, "low": -0.52, "high": -0.48}}}, (True, False)),
@@ -60,12 +60,12 @@ def test_the_forms_of_a_tilt_and_a_drag_move_the_disk_like_the_effects():
         (WrittenLaw((Term("along_velocity", -0.6, (Factor("speed", "power", 2.0),)),)), ENTRY, (False, False)),
     ],
 )
-def test_a_withheld_law_is_judged_by_form_and_size(law, entry, told):
+def test_a_withheld_law_is_judged_by_form_and_size(law, entry, judged):
     """The one formula, nothing beside it, and the true size within the interval."""
-    assert judge_law(TRUTH, (law,), (entry,)) == told
+    assert judge_law(TRUTH, (law,), (entry,)) == judged
     row = judge_withheld(TRUTH, {"verdict": "unknown", "stage": "flight", "laws": [entry]}, (law,))
     figures = {one.name: one.value for one in withheld_figures([row])}
-    assert figures["the law is the withheld one"] == float(told[0])
+    assert figures["the law is the withheld one"] == float(judged[0])
     assert judge_law(TRUTH | {"effect": "trigger_jitter"}, (law,), (entry,)) is None
 
 

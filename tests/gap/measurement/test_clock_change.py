@@ -25,7 +25,7 @@ def frames(delays_s, rng, noise=1.0, along=3e5):
     return slope, left, part
 
 
-def test_a_delay_that_changes_is_told_with_its_size():
+def test_a_delay_that_changes_is_reported_with_its_size():
     delays = np.zeros((RUNS, PARTS))
     delays[2, 3] = 2e-4
     found = clock_change(*frames(delays, np.random.default_rng(1)), 1.0, 0.0, LEAST_S)
@@ -34,7 +34,7 @@ def test_a_delay_that_changes_is_told_with_its_size():
     assert found.strength == pytest.approx(found.size / LEAST_S)
 
 
-def test_no_change_is_told_of_noise_of_one_delay_or_of_a_lens():
+def test_no_change_is_found_in_noise_in_one_delay_or_in_a_lens():
     rng = np.random.default_rng(2)
     none = np.zeros((RUNS, PARTS))
     assert not any(clock_change(*frames(none, rng), 1.0, 0.0, LEAST_S) for _ in range(200))

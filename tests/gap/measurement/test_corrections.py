@@ -78,7 +78,7 @@ def test_a_late_camera_is_no_vertical_motion(drive, tmp_path):
 
 def test_a_card_that_lies_higher_than_thought_is_no_tilt_of_the_plane(loaded):
     """The disk's heights have a constant of their own: where it stayed on one side of the ring, they were a slope
-    (4.7 mrad told of 43 micrometres).  Beside a tilt, and where nothing is wrong, it is told of none."""
+    (4.7 mrad reported for 43 micrometres).  Beside a tilt, and where nothing is wrong, none is reported."""
     _, raised = loaded("unknown_raised_card", 1.0, 6)
     tests = correct(raised).tests
     assert not tests.findings["plane_tilt"].found and len(tests.misprinted) == 1
@@ -100,8 +100,8 @@ def test_a_card_that_lies_higher_than_thought_is_no_tilt_of_the_plane(loaded):
     ],
 )
 def test_a_print_of_another_size_or_shape_is_no_length_scale(loaded, kind, says):
-    """Of the disk alone, or along one direction of the Host: no scale of lengths does that, and none is told beside it
-    (0.3 % told of a print that was 0.5 % too long one way).  A true scale is in both bodies alike."""
+    """Of the disk alone, or along one direction of the Host: no scale of lengths does that, and none is named beside it
+    (0.3 % reported for a print that was 0.5 % too long one way).  A true scale is in both bodies alike."""
     _, series = loaded(kind, 1.0, 6)
     tests = measurement_tests(series)
     assert [says in one.goes_with for one in tests.misprinted] == ([] if says is None else [True])
@@ -109,18 +109,18 @@ def test_a_print_of_another_size_or_shape_is_no_length_scale(loaded, kind, says)
     assert tests.findings["length_scale_error"].found == (kind == "length_scale_error")
 
 
-def test_markers_with_each_others_name_are_told_and_nothing_else_is_asked_because_of_it(tmp_path):
+def test_markers_with_each_others_name_are_reported_and_nothing_else_is_asked_because_of_it(tmp_path):
     """The bodies' fits leave them out frame by frame, so motion, impacts and flights have nothing; "none" before."""
     made = make_series("unknown_hopping_labels", 1.0, np.random.default_rng(7), runs=1, noise="white")
     laws, ladder = laws_and_ladder(brought(made, tmp_path / "series"))
-    (told,) = ladder.structure
+    (left,) = ladder.structure
     true = made.truth["parameters"]["unknown_hopping_labels"]
     one, other = sorted(int(true[name]) for name in ("marker", "other"))
-    assert told.goes_with.startswith(
+    assert left.goes_with.startswith(
         f"{EXCHANGED} N{one} and N{other}, exchanged in one of the cameras: run-01, frames"
     )
-    assert told.is_taken_out and told.stage == "measurement"
-    frames = told.size * len(ladder.series.runs[0].data.time_s)
+    assert left.is_taken_out and left.stage == "measurement"
+    frames = left.size * len(ladder.series.runs[0].data.time_s)
     assert 0.7 * true["hopped_s"] < frames * ladder.series.period_s < 1.1 * true["hopped_s"]
     assert (laws, ladder.causes) == ((), ())
-    assert "tracks.parquet" in unknown_test(told.stage, told.goes_with)
+    assert "tracks.parquet" in unknown_test(left.stage, left.goes_with)

@@ -99,8 +99,8 @@ def test_a_picture_follows_what_moves_it(known, value, function, quantities):
     assert {one.quantity for term in part.terms for one in term.factors} == quantities
     assert part.terms[0].factors[0].function == function
     true = value(known) - np.mean(value(known))
-    told = NOISE * (rows.columns(part.terms) @ coefficients)
-    assert np.sum((told - told.mean() - true) ** 2) < 0.02 * np.sum(true**2)
+    fitted = NOISE * (rows.columns(part.terms) @ coefficients)
+    assert np.sum((fitted - fitted.mean() - true) ** 2) < 0.02 * np.sum(true**2)
 
 
 def test_a_timer_ticks_at_its_period(known):
@@ -144,8 +144,8 @@ def test_frames_remember_the_blow_before_them(loaded):
     changes = [
         (one[0, W.LAST_SPUN], before[one[0, W.BLOWS]] - before.get(one[0, W.BLOWS] - 1, np.nan)) for one in given
     ]
-    told, seen = np.array([pair for pair in changes if np.isfinite(pair[1]) and pair[0] != 0.0]).T
-    assert np.corrcoef(told, seen)[0, 1] > 0.9
+    known_changes, seen = np.array([pair for pair in changes if np.isfinite(pair[1]) and pair[0] != 0.0]).T
+    assert np.corrcoef(known_changes, seen)[0, 1] > 0.9
 
 
 def undone(series, *terms):

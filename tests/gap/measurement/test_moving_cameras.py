@@ -45,7 +45,7 @@ def seen(rng, moved=lambda place, share: 0.0 * place, correlation=0.0):
         (lambda place, share: np.array([5e-5, 0.0]) * share, "move together"),
     ],
 )
-def test_slow_motion_below_the_noise_of_a_frame_is_told(moved, what):
+def test_slow_motion_below_the_noise_of_a_frame_is_found(moved, what):
     """Four runs, each with the same drift, of which a frame shows less than its noise."""
     rng = np.random.default_rng(1)
     (found,) = _slow([seen(rng, moved) for _ in range(4)], MARKERS, Still, STILL_M)
@@ -76,7 +76,7 @@ def test_a_zooming_camera_is_named_by_the_ground(tmp_path):
     assert found.stage == "measurement" and found.goes_with.endswith("change their distances in the picture of VW2")
 
 
-def test_a_zoom_that_swings_is_told_by_the_ground(tmp_path):
+def test_a_zoom_that_swings_is_found_from_the_ground(tmp_path):
     """Of the plant: 0.05 % to and fro; before, single frames were asked for a shift only, and it was called a sway."""
     swinging = make_series("unknown_swinging_zoom", 0.6, np.random.default_rng(3), 2, "warp")
     write_series(swinging, tmp_path / "swinging")

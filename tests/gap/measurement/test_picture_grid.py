@@ -1,4 +1,4 @@
-"""Centres that follow a grid of the picture are told, and which: pixels, or the blocks of a compressed film."""
+"""Centres that follow a grid of the picture are found, and which: pixels, or the blocks of a compressed film."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def test_a_series_without_a_grid_has_none(loaded, noise):
             v = own.reindex(list(zip(table["frame"], table["marker"], strict=True))).to_numpy()
             wave = 0.2 * np.sin(2 * np.pi * v / period)
             points.append(table.assign(epipolar_px=table["epipolar_px"] + wave))
-        (told,) = picture_grid(replace(series, points=tuple(points)))
-        assert told.goes_with == f"the place in the picture, once in {words}"
-        assert told.size == pytest.approx(0.2, rel=0.2)
+        (grid,) = picture_grid(replace(series, points=tuple(points)))
+        assert grid.goes_with == f"the place in the picture, once in {words}"
+        assert grid.size == pytest.approx(0.2, rel=0.2)
 
 
 def test_markers_that_cross_less_than_two_waves_tell_nothing_of_them(loaded):

@@ -1,4 +1,4 @@
-"""Frames at scattered times, told by the Host's residual: of their true size, whatever the drive."""
+"""Frames at scattered times, found from the Host's residual: of their true size, whatever the drive."""
 
 import numpy as np
 import pytest

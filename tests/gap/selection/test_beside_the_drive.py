@@ -1,4 +1,4 @@
-"""What the Host does beside its drive is told whatever the drive is, and whenever a run begins."""
+"""What the Host does beside its drive is found whatever the drive is, and whenever a run begins."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def drive_of(tmp_path, kind, drive, seed, runs=4):
         # The third run begins just after a blow: without what that set going the frequency is 7 sds off.
         ("host_recoil", "sine", 3, 3),
         ("host_recoil", "start_up", 3, 3),
-        # Runs end with the disk at the wall: without what it does there this was told as a recoil.
+        # Runs end with the disk at the wall: without what it does there this passed for a recoil.
         ("host_ringing", "random", 2, 2),
         ("host_ringing", "chirp", 2, 3),
     ],
@@ -41,7 +41,7 @@ def test_a_swing_is_measured_beside_any_drive(tmp_path, kind, drive, seed, runs)
     assert sd < 0.03 * mass
 
 
-def test_a_sway_is_told_beside_a_drive_that_starts(tmp_path):
+def test_a_sway_is_reported_beside_a_drive_that_starts(tmp_path):
     true, steps = drive_of(tmp_path, "host_sway", "start_up", 1)
     assert [cause.effect for cause in steps.causes] == ["host_sway"]
     for name in ("amplitude_m", "frequency_hz"):

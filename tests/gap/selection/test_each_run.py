@@ -1,4 +1,4 @@
-"""What differs from run to run in no order: told where it is, and not where it is not."""
+"""What differs from run to run in no order: found where it is, and not where it is not."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Friction of the wall that each impact has of its own, or that holds by more than it slips with: told by the impacts
-that have surely slid, whatever the fit of the whole law made of them."""
+"""Friction of the wall that each impact has of its own, or that holds by more than it slips with: found from the
+impacts that have surely slid, whatever the fit of the whole law made of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from analysis.blind.series import make_series
 from analysis.checks.fit import check_fit
-from analysis.contact.law import LawData, fit_law, predicted_tangential, stick_impulse
+from analysis.contact.law import Circumstances, LawData, fit_law, predicted_tangential, stick_impulse
 from analysis.contact.sliding import friction_of_blows
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import ImpactSteps, unexplained_scatter
@@ -29,9 +29,9 @@ def impacts(seed: int, share: np.ndarray, held: float = 1.0) -> LawData:
     none, sd = np.zeros(COUNT), np.full(COUNT, 3e-4)
     data = LawData(
         before=before, after=0.7 * before, slip=before * rng.uniform(-2.0, 2.0, COUNT), normal_impulse=1.7 * before,
-        tangential_impulse=none, angular=none, normal_sd=sd, tangential_sd=sd, angular_sd=sd, spin=none,
-        run=np.arange(COUNT) % 4, time_s=none, azimuth_rad=none, host_angle_rad=none, drive_rad=none,
-        drive_start_rad=none, index=np.arange(COUNT), inertia_factor=0.5,
+        tangential_impulse=none, angular=none, normal_sd=sd, tangential_sd=sd, angular_sd=sd,
+        at=Circumstances(none, np.arange(COUNT) % 4, none, none, none, none, none, np.arange(COUNT)),
+        inertia_factor=0.5,
     )  # fmt: skip
     slides = predicted_tangential(data, FRICTION * share, REVERSAL)
     wanted = stick_impulse(data, REVERSAL)
@@ -41,9 +41,9 @@ def impacts(seed: int, share: np.ndarray, held: float = 1.0) -> LawData:
 
 def test_plain_friction_scatters_by_nothing_and_holds_by_no_more():
     data = impacts(1, np.ones(COUNT))
-    told = friction_of_blows(data, fit_law(data))
-    assert told is not None and told.slid > 40
-    assert (told.scatter < 0.01, told.beyond, told.held) == (True, 0, 1.0)
+    found = friction_of_blows(data, fit_law(data))
+    assert found is not None and found.slid > 40
+    assert (found.scatter < 0.01, found.beyond, found.held) == (True, 0, 1.0)
 
 
 @pytest.mark.parametrize("held", [1.5, 2.5])
@@ -51,17 +51,17 @@ def test_a_wall_that_holds_by_more_than_it_slips_with(held):
     """By how much, to what the impacts near it leave; the fit of the whole law has a friction between the two."""
     data = impacts(2, np.ones(COUNT), held)
     law = fit_law(data)
-    told = friction_of_blows(data, law)
-    assert told is not None and told.beyond >= 3
-    assert 0.85 * held < told.held < 1.01 * held and told.scatter < 0.01
+    found = friction_of_blows(data, law)
+    assert found is not None and found.beyond >= 3
+    assert 0.85 * held < found.held < 1.01 * held and found.scatter < 0.01
 
 
 def test_friction_of_each_blows_own():
     scatter = 0.3
     share = np.exp(scatter * np.random.default_rng(5).standard_normal(COUNT))
     data = impacts(3, share)
-    told = friction_of_blows(data, fit_law(data))
-    assert told is not None and 0.7 * scatter < told.scatter < 1.3 * scatter
+    found = friction_of_blows(data, fit_law(data))
+    assert found is not None and 0.7 * scatter < found.scatter < 1.3 * scatter
 
 
 def test_of_few_that_slid_nothing_is_said():
@@ -81,10 +81,10 @@ def test_it_is_left_at_the_impacts(tmp_path, kind, size, words, advice):
     made = make_series(kind, size, np.random.default_rng(3), runs=4, noise="white")
     series = brought(made, tmp_path / "series")
     fitted = fit_impacts(first_flights(series, ("floor_friction", "spin_coupling")).fits)
-    (told,) = unexplained_scatter(ImpactSteps(nominal=fitted, fitted=fitted), ())
-    assert (told.stage, told.coordinate) == ("impact", "tangential") and words in told.goes_with
-    assert told.strength > 1.0 and told.p < 1e-3 and told.is_no_formula
-    assert advice in unknown_test(told.stage, told.goes_with)
+    (left,) = unexplained_scatter(ImpactSteps(nominal=fitted, fitted=fitted), ())
+    assert (left.stage, left.coordinate) == ("impact", "tangential") and words in left.goes_with
+    assert left.strength > 1.0 and left.p < 1e-3 and left.is_no_formula
+    assert advice in unknown_test(left.stage, left.goes_with)
 
 
 @pytest.mark.parametrize(("kind", "state"), [("unknown_static_friction", "fails"), ("none", "holds")])
@@ -94,6 +94,6 @@ def test_identify_says_not_to_use_a_friction_that_lies_between_the_two(tmp_path,
     series = brought(made, tmp_path / "series")
     rig = identify_series(series.motions, series.recordings)[1][0].rig
     rows = [one for one in check_fit(rig, 0, series.recordings[0], 0.0) if one is not None]
-    (told,) = (one for one in rows if one.check.startswith("wall friction against"))
-    assert told.state == state and "impacts slid with a friction of" in told.found
-    assert told.parameters == ("wall_friction" if state == "fails" else "")
+    (row,) = (one for one in rows if one.check.startswith("wall friction against"))
+    assert row.state == state and "impacts slid with a friction of" in row.found
+    assert row.parameters == ("wall_friction" if state == "fails" else "")

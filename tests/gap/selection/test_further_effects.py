@@ -101,10 +101,10 @@ def test_a_small_effect_is_named_with_its_size(diagnosed, request, kinds, stages
     assert len(evidence.figures) >= len(effects)
 
 
-def same_sizes(effect, told, truth, fewer):
-    """Each parameter told is the true one within four sds, which are small where ``fewer`` runs tell it."""
+def same_sizes(effect, parameters, truth, fewer):
+    """Each reported parameter is the true one within four sds, which are small where ``fewer`` runs tell it."""
     for name, true in truth.items():
-        value, sd = told[name]["value"], (told[name]["high"] - told[name]["low"]) / (2 * 1.645)
+        value, sd = parameters[name]["value"], (parameters[name]["high"] - parameters[name]["low"]) / (2 * 1.645)
         off = abs(value - true)
         if fewer and name not in PERIODIC:
             assert 4 * sd < MOST_UNSURE * abs(true), (name, true, sd)
@@ -244,8 +244,8 @@ def test_an_estimate_beyond_a_bound_by_its_error_is_taken_at_the_bound():
     """A coupling measured as 1.006 is one: the diagnosis goes on with it, and writes a model that is read again."""
     assert EFFECTS["spin_coupling"].nearest({"coupling": 1.0063}) == {"coupling": 1.0}
     assert EFFECTS["nes_rocking"].nearest({"relative": -1.02, "decay_s": np.nan}) == {"relative": -1.0}
-    told = {"coupling": {"value": 1.0063, "low": 0.99, "high": 1.02}}
-    summary = {"verdict": "effect", "effects": ["spin_coupling"], "parameters": {"spin_coupling": told}}
+    sizes = {"coupling": {"value": 1.0063, "low": 0.99, "high": 1.02}}
+    summary = {"verdict": "effect", "effects": ["spin_coupling"], "parameters": {"spin_coupling": sizes}}
     given = tomllib.loads(model_section(summary, None, {}))["model"]["effect_parameters"]["spin_coupling"]
     assert EFFECTS["spin_coupling"].complete(given) == {"coupling": 1.0}
 

@@ -67,11 +67,11 @@ def test_the_last_fit_leaves_out_the_same_frames(ladder, last_fit):
 def test_the_last_fit_has_the_same_law_along_the_wall(ladder, last_fit):
     """And says that no scenario's spring is as stiff."""
     ladder, made = ladder
-    told, own = last_fit.table.set_index("parameter")["value"], ladder.impacts.fitted.lasting
-    assert told["wall_friction"] == pytest.approx(own.wall_friction, abs=2e-4)
-    assert told["wall_friction"] == pytest.approx(made.truth["plant"]["wall_friction"], abs=2e-4)
-    assert told["contact_stiffness_ratio"] == pytest.approx(own.stiffness / 3, rel=0.01)
-    assert told["contact_stiffness_ratio"] == pytest.approx(made.truth["plant"]["contact_shear_share"], rel=0.03)
+    identified, own = last_fit.table.set_index("parameter")["value"], ladder.impacts.fitted.lasting
+    assert identified["wall_friction"] == pytest.approx(own.wall_friction, abs=2e-4)
+    assert identified["wall_friction"] == pytest.approx(made.truth["plant"]["wall_friction"], abs=2e-4)
+    assert identified["contact_stiffness_ratio"] == pytest.approx(own.stiffness / 3, rel=0.01)
+    assert identified["contact_stiffness_ratio"] == pytest.approx(made.truth["plant"]["contact_shear_share"], rel=0.03)
     assert any("contact_stiffness_ratio" in note for note in last_fit.notes)
 
 
@@ -90,7 +90,7 @@ def test_a_run_s_impacts_are_predicted_by_the_law_of_the_others(ladder):
     """Along the wall, of contacts that last and of an instant: what one run's impulses are changes no prediction of its
     own, and those of the others."""
     fit = ladder[0].impacts.fitted
-    data, own = fit.data, fit.data.run == 0
+    data, own = fit.data, fit.data.at.run == 0
     more = replace(data, tangential_impulse=np.where(own, 1.5, 1.0) * data.tangential_impulse)
     for one in (fit, replace(fit, lasting=None)):
         both = [

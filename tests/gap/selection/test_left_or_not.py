@@ -39,18 +39,18 @@ def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_for
     ladder = run_ladder(series, np.random.default_rng(0))
     assert {cause.effect for cause in ladder.causes} == {"vertical_motion", "sensor_window_offset"}
     assert not ladder.structure and ladder.measurement.clock_change is None
-    told = next(cause for cause in ladder.causes if cause.effect == "vertical_motion").parameters["amplitude_m"]
+    amplitude = next(cause for cause in ladder.causes if cause.effect == "vertical_motion").parameters["amplitude_m"]
     true = made.truth["parameters"]["vertical_motion"]["amplitude_m"]
-    assert abs(told[0] - true) < 3 * max(told[1], 2e-3 * true)
+    assert abs(amplitude[0] - true) < 3 * max(amplitude[1], 2e-3 * true)
 
 
-@pytest.mark.parametrize(("named", "over", "told"), [(True, 1.01, True), (False, 1.01, False), (False, 1.2, True)])
-def test_what_has_no_name_is_left_only_where_it_is_surely_more_than_negligible(named, over, told):
+@pytest.mark.parametrize(("named", "over", "accepted"), [(True, 1.01, True), (False, 1.01, False), (False, 1.2, True)])
+def test_what_has_no_name_is_left_only_where_it_is_surely_more_than_negligible(named, over, accepted):
     """Recoil under a sine and sway beside jitter had left 1.008 and 1.002 of what is negligible in phase with the
     drive."""
     term = FlightTerm("force with the drive's phase", ("force_cos_x",), named)
     gain = Gain(term, 500.0, 400.0, np.ones(1), np.full(1, 0.05), 20.0, 1.0, over * 0.02)
-    assert _accepted(gain, 50.0, Units({}, 0.02)) is told
+    assert _accepted(gain, 50.0, Units({}, 0.02)) is accepted
 
 
 def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
@@ -104,7 +104,7 @@ DRAG = WrittenLaw((Term("along_sliding", -0.4, (Factor("sliding_speed"),)),))
 
 
 @pytest.mark.parametrize(
-    ("times_negligible", "closed", "halves", "left", "told"),
+    ("times_negligible", "closed", "halves", "left", "counts"),
     [
         (3.0, 0.9, ALIKE, (), True),
         (0.9, 0.9, ALIKE, (), False),
@@ -117,14 +117,14 @@ DRAG = WrittenLaw((Term("along_sliding", -0.4, (Factor("sliding_speed"),)),))
     ],
 )
 def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there(
-    nick, monkeypatch, times_negligible, closed, halves, left, told
+    nick, monkeypatch, times_negligible, closed, halves, left, counts
 ):
     """More than negligible, most of what is left, alike in both halves, the measurement and the Host without a doubt;
-    where a probe has found something, what closes a tenth is told."""
+    where a probe has found something, what closes a tenth is reported."""
     _, ladder = nick
     units = ladder.flights.units
-    told_p = Structure("flight", "free flight", "x", "the speed", 2.0, 30.0, 0.01, "m/s^2", 1e-4)
-    ladder = replace(ladder, structure=tuple(replace(told_p, stage=stage) for stage in left))
+    structure = Structure("flight", "free flight", "x", "the speed", 2.0, 30.0, 0.01, "m/s^2", 1e-4)
+    ladder = replace(ladder, structure=tuple(replace(structure, stage=stage) for stage in left))
     law = SimpleNamespace(
         law=DRAG, rig_law=DRAG, closed=closed, size=times_negligible * units.negligible_m_per_s2, p=1e-6,
         halves=halves, before=np.ones(8), after=np.zeros(8), fitted=None, shrinkage=lambda rng: (closed, 0.5, 1.0),
@@ -136,9 +136,9 @@ def test_a_law_of_flights_that_no_probe_asks_for_counts_where_it_is_surely_there
     monkeypatch.setattr(written_laws.FlightSearch, "of", lambda runs, fitted, rng: None)
     monkeypatch.setattr(written_laws, "find_flight_law", found)
     one, after = written_laws._flight_law(ladder, set(left), np.random.default_rng(0), frozenset())
-    assert (one is law) == told
-    assert [s.stage for s in after.structure] == [*left, *(["flight"] if told and not left else [])]
-    if told and not left:
+    assert (one is law) == counts
+    assert [s.stage for s in after.structure] == [*left, *(["flight"] if counts and not left else [])]
+    if counts and not left:
         assert after.structure[0].goes_with == "the speed against the floor"
 
 
@@ -182,5 +182,5 @@ def test_what_a_series_would_not_show_may_be_left():
     assert probability_of_left(1e-9, 1.0) > 0.99
     # Of a series that shows nothing of what may be left only the prior is known, whatever chance says.
     assert probability_of_left(1.0, 0.0) == pytest.approx(1 - ABSENT)
-    told = [probability_of_left(1.0, share) for share in np.linspace(0.0, 1.0, 6)]
-    assert told == sorted(told, reverse=True)
+    probabilities = [probability_of_left(1.0, share) for share in np.linspace(0.0, 1.0, 6)]
+    assert probabilities == sorted(probabilities, reverse=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.contact.law import OUTLIER_SHARE, LawData, fit_restitution
+from analysis.contact.law import OUTLIER_SHARE, Circumstances, LawData, fit_restitution
 from analysis.gap.selection.impacts.fit import _with_structure
 
 
@@ -25,14 +25,16 @@ def impacts(rng: np.random.Generator, lower: int, count: int = 200) -> LawData:
         normal_sd=sd,
         tangential_sd=sd,
         angular_sd=sd,
-        spin=none,
-        run=none.astype(int),
-        time_s=np.arange(count) / 100,
-        azimuth_rad=azimuth,
-        host_angle_rad=none,
-        drive_rad=none,
-        drive_start_rad=none,
-        index=np.arange(count),
+        at=Circumstances(
+            spin=none,
+            run=none.astype(int),
+            time_s=np.arange(count) / 100,
+            azimuth_rad=azimuth,
+            host_angle_rad=none,
+            drive_rad=none,
+            drive_start_rad=none,
+            index=np.arange(count),
+        ),
         inertia_factor=0.5,
     )
 

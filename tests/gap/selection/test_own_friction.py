@@ -1,5 +1,5 @@
 """Friction that is each run's own, in linear flights: what acts beside it is judged beside whatever friction does from
-run to run, and the runs' frictions are told."""
+run to run, and the runs' frictions are reported."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_a_drift_of_the_friction_says_nothing_beside_that_of_each_run():
     assert gain_of(own, FlightTerm("friction_drift", ("drift_run",), True), UNITS).gain == 0.0
 
 
-def test_the_runs_frictions_are_told():
+def test_the_runs_frictions_are_reported():
     """As shares of the common one, beside a tilt; the runs then hold them."""
     base = flights(HUMID, (0.003, -0.002))
     own = own_friction(base, TILT.columns)

@@ -1,4 +1,4 @@
-"""A wall that lies elsewhere in each run, in no order: told with where it lay; nothing of walls that creep or stay."""
+"""A wall that lies elsewhere in each run, in no order: with where it lay; nothing of walls that creep or stay."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ def ring(runs, order):
     return 5e-5 * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def test_each_run_is_told_with_its_place():
+def test_each_run_is_reported_with_its_place():
     """Within three sd, off the mean of all runs."""
     places = ring(5, [0, 3, 1, 4, 2])
-    told, size_m, _, p = own_places(wall_of(places))
-    assert [one.number for one in told] == list(range(5)) and p < 1e-6
+    found, size_m, _, p = own_places(wall_of(places))
+    assert [one.number for one in found] == list(range(5)) and p < 1e-6
     assert size_m == pytest.approx(5e-5 / np.sqrt(2), rel=0.15)
-    for one, (x_m, y_m) in zip(told, places, strict=True):
+    for one, (x_m, y_m) in zip(found, places, strict=True):
         assert one.sd_m == pytest.approx(NOISE_M / np.sqrt(0.5 * EACH), rel=0.4)
         assert max(abs(one.x_m - x_m), abs(one.y_m - y_m)) < 4 * one.sd_m
 
@@ -65,7 +65,7 @@ def test_noise_has_no_places():
     assert not any(own_places(wall_of(np.zeros((6, 2)), seed))[0] for seed in range(60))
 
 
-def test_places_are_told_in_the_world():
+def test_places_are_reported_in_the_world():
     """Turned and scaled as the rig lies in it, in diagnosis.json and on the page."""
     places, *_ = own_places(wall_of(ring(5, [0, 3, 1, 4, 2])))
     one = Structure("geometry", "impact", "radius", EACH_RUN, 4.0, 99.0, 5e-5, "m", 1e-12, places)

@@ -155,7 +155,7 @@ def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch):
     assert [one.status for one in outcomes] == ["done"] * 2
 
 
-def test_a_mistake_of_ours_is_told_as_one(small_recording, tmp_path, monkeypatch):
+def test_a_mistake_of_ours_is_reported_as_one(small_recording, tmp_path, monkeypatch):
     def broken(work):
         raise ZeroDivisionError("our bug")
 

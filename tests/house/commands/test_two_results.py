@@ -29,7 +29,7 @@ def made(tmp_path_factory):
     return day
 
 
-def test_settings_and_their_effect_are_told(made, capsys):
+def test_settings_and_their_effect_are_reported(made, capsys):
     assert main(["compare", str(made / "first"), str(made / "second")]) == 0
     said = capsys.readouterr().out
     assert "triangulate: cameras.VW2.window_offset_px [0, 900] -> [0, 903]" in said

@@ -275,7 +275,7 @@ port, bound = int(sys.argv[sys.argv.index("--port") + 1]), sys.argv[sys.argv.ind
 if {fails}:
     sys.exit("winit: no display")
 server = socket.create_server((bound, port))
-open({told!r}, "w").write(bound)
+open({address!r}, "w").write(bound)
 server.accept()
 """
 
@@ -284,15 +284,15 @@ server.accept()
 def test_the_viewer_listens_to_this_machine_alone(fails, tmp_path, monkeypatch):
     from analysis.view.viewer import start_viewer
 
-    program, told = tmp_path / "rerun", tmp_path / "told"
-    program.write_text(FAKE.format(python=sys.executable, fails=fails, told=str(told)))
+    program, address = tmp_path / "rerun", tmp_path / "address"
+    program.write_text(FAKE.format(python=sys.executable, fails=fails, address=str(address)))
     program.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
     if fails:
         with pytest.raises(RuntimeError, match="winit: no display"):
             start_viewer()
     else:
-        assert start_viewer().startswith("rerun+http://127.0.0.1:") and told.read_text() == "127.0.0.1"
+        assert start_viewer().startswith("rerun+http://127.0.0.1:") and address.read_text() == "127.0.0.1"
     program.unlink()
     with pytest.raises(RuntimeError, match="no program rerun"):
         start_viewer()

@@ -92,7 +92,7 @@ def test_a_milliard_runs_are_stopped(tmp_path, capsys):
     assert "1000000000 runs" in capsys.readouterr().err and not (tmp_path / "out").exists()
 
 
-def test_a_table_too_large_for_the_memory_is_told_by_its_footer(tmp_path, monkeypatch, capsys):
+def test_a_table_too_large_for_the_memory_is_known_by_its_footer(tmp_path, monkeypatch, capsys):
     folder = write_small_recording(tmp_path / "run", frames=20).folder
     monkeypatch.setattr("ovines.pipeline.series.recordings.BYTES_PER_ROW", 1e8)
     assert main(["triangulate", str(folder), "--out", str(tmp_path / "out")]) == 2
@@ -329,8 +329,8 @@ def test_a_video_that_is_none(content, tmp_path, capsys):
     text = (folder / "recording.toml").read_text().replace("VW1/*.png", "VW1.avi")
     (folder / "recording.toml").write_text(text)
     assert main(["check", str(folder)]) == 2
-    told = capsys.readouterr().out
-    assert "cannot be opened as a video" in told or "claims" in told
+    printed = capsys.readouterr().out
+    assert "cannot be opened as a video" in printed or "claims" in printed
 
 
 MOTIONS = {

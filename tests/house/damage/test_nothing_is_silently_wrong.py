@@ -131,7 +131,7 @@ def test_names_that_only_look_odd_are_taken(tmp_path):
     refuse_strange_files(read_recording(folder))
 
 
-def test_mixed_endings_and_sizes_are_told_with_counts(tmp_path, capsys):
+def test_mixed_endings_and_sizes_are_reported_with_counts(tmp_path, capsys):
     folder = with_frames(tmp_path / "run", "{camera}/*.png")
     for number in (2, 3):
         (folder / "VW1" / f"frame_{number:05d}.png").rename(folder / "VW1" / f"frame_{number:05d}.tif")
@@ -139,8 +139,8 @@ def test_mixed_endings_and_sizes_are_told_with_counts(tmp_path, capsys):
     assert "VW1/*.png' names 2 .png pictures and leaves out 2 .tif in the same folder" in capsys.readouterr().out
     cv2.imwrite(str(folder / "VW2" / "frame_00003.png"), SMALL[:10])
     assert main(["check", str(folder)]) == 2
-    told = capsys.readouterr().out
-    assert "pictures of VW2: 3 of 40 x 30 px, 1 of 40 x 10 px" in told and "recording.toml, line" in told
+    printed = capsys.readouterr().out
+    assert "pictures of VW2: 3 of 40 x 30 px, 1 of 40 x 10 px" in printed and "recording.toml, line" in printed
 
 
 def test_a_damaged_first_picture_costs_only_itself(tmp_path):
@@ -233,9 +233,11 @@ def test_a_setting_out_of_proportion(case, tmp_path, capsys):
     assert old in text
     (folder / "recording.toml").write_text(text.replace(old, new, 1))
     assert main(["check", str(folder)]) == status
-    told = capsys.readouterr().out
-    assert words in told and ("  wrong:" in told) == (status == 2) and ("  caution:" in told) == (status == 0), told
-    line = int(told.split("recording.toml, line ")[1].split(")")[0])
+    printed = capsys.readouterr().out
+    assert (
+        words in printed and ("  wrong:" in printed) == (status == 2) and ("  caution:" in printed) == (status == 0)
+    ), printed
+    line = int(printed.split("recording.toml, line ")[1].split(")")[0])
     assert ABOUT.get(case, new.split(" =")[0]) in (folder / "recording.toml").read_text().splitlines()[line - 1]
     out = str(tmp_path / "out")
     if status == 2:
@@ -246,7 +248,7 @@ def test_a_setting_out_of_proportion(case, tmp_path, capsys):
         assert words in capsys.readouterr().out, "the run repeats what concerns its result"
 
 
-def test_a_contradiction_is_told_once(tmp_path, capsys):
+def test_a_contradiction_is_reported_once(tmp_path, capsys):
     folder = write_small_recording(tmp_path / "run", frames=60).folder
     text = (folder / "recording.toml").read_text()
     (folder / "recording.toml").write_text(text.replace("inner_radius_m = 0.05", "inner_radius_m = 50.0"))
@@ -321,14 +323,14 @@ def test_the_drive_that_was_asked_for_beside_the_measured_one(frequency_hz, acce
     found = drive_warnings(motion, read_recording(folder))
     assert (found == []) if words is None else (len(found) == 1 and words in found[0]), found
     assert main(["check", str(folder)]) == 0
-    told = capsys.readouterr().out
-    assert ("caution:" in told) == (words is not None) and ("recording.toml, line" in told) == (words is not None)
+    printed = capsys.readouterr().out
+    assert ("caution:" in printed) == (words is not None) and ("recording.toml, line" in printed) == (words is not None)
 
 
 @pytest.mark.parametrize(("factor", "doubted"), [(1.0, False), (0.4, True), (2.5, False)])
 @pytest.mark.parametrize("frequency_hz", [0.0, 20.0, 80.0])
 def test_an_sd_that_is_too_small(factor, doubted, frequency_hz, tmp_path, capsys):
-    """Noise of 5 um on a Host that shakes up to a tenth of the frame rate, told as 0.4, 1 and 2.5 times that."""
+    """Noise of 5 um on a Host that shakes up to a tenth of the frame rate, stated as 0.4, 1 and 2.5 times that."""
     rng = np.random.default_rng(7)
     motion = bouncing_motion(200, 800.0)
     for axis in "xy":
@@ -337,8 +339,8 @@ def test_an_sd_that_is_too_small(factor, doubted, frequency_hz, tmp_path, capsys
         motion[f"host_{axis}_sd_m"] = factor * 5e-6
     folder = write_motion(tmp_path / "run", motion)
     assert main(["check", str(folder)]) == 0
-    told = capsys.readouterr().out
-    assert ("host_x_sd_m and host_y_sd_m: the Host's places scatter 2" in told) == doubted, told
+    printed = capsys.readouterr().out
+    assert ("host_x_sd_m and host_y_sd_m: the Host's places scatter 2" in printed) == doubted, printed
     assert main(["analyse", str(folder), "--out", str(tmp_path / "out")]) == 0
     assert ("surer than they are" in capsys.readouterr().out) == doubted
 

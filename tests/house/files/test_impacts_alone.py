@@ -89,7 +89,7 @@ def test_their_law_is_diagnosed(tmp_path):
         assert answer["stage"] == (None if name == "plain" else "impact")
         assert answer["gap"]["recalibrated"]["flight_m"] is None
     assert answer["gap"]["shrinkage"] > 0.7
-    # What identification tells with the written model is what the diagnosis told: one estimator.
+    # What identification finds with the written model is what the diagnosis found: one estimator.
     for run in (1, 2, 3):
         toml = tmp_path / "falling" / f"run-{run}" / "recording.toml"
         toml.write_text(toml.read_text() + "\n" + model.read_text())

@@ -286,7 +286,7 @@ def test_names_units_and_axes_are_asked_for(tmp_path, recording):
             turn(axes)
 
 
-def test_doubtful_axes_are_told(tmp_path, recording):
+def test_doubtful_axes_are_reported(tmp_path, recording):
     rows = "".join(f"{k},N1,{np.cos(k):.6f},0.01,{np.sin(k):.6f}\n" for k in range(30))
     path = written(tmp_path / "p.csv", "frame,marker,x_m,y_m,z_m\n" + rows)
     assert any("are the axes right" in note for note in points_table(path, recording)[1])

@@ -76,15 +76,15 @@ def test_the_line_is_named(fault, tmp_path, capsys):
     path = folder / "recording.toml"
     path.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
     assert main(["check", str(folder)]) == 2
-    told = capsys.readouterr().out
-    line = re.search(r"line (\d+)", told)
-    assert line, told
+    printed = capsys.readouterr().out
+    line = re.search(r"line (\d+)", printed)
+    assert line, printed
     lines = path.read_text().splitlines()
     at = int(line[1])
     if holds is None:
         assert 1 <= at <= len(lines) + 1
     else:
-        assert holds in lines[at - 1], f"line {at} ({lines[at - 1]!r}) of:\n{told}"
+        assert holds in lines[at - 1], f"line {at} ({lines[at - 1]!r}) of:\n{printed}"
 
 
 def test_the_text_without_a_fault_passes(tmp_path):

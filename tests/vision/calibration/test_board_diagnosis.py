@@ -1,4 +1,4 @@
-"""Mistakes with the board, each on a rendered picture: told by name, with what to change."""
+"""Mistakes with the board, each on a rendered picture: named, with what to change."""
 
 from types import SimpleNamespace
 

@@ -114,13 +114,13 @@ def test_board_with_two_like_ends_is_refused_for_several_cameras():
 
 def test_other_number_of_squares_is_counted_and_said(monkeypatch):
     counted = calibration_chessboard.cv2.findChessboardCornersSBWithMeta
-    told = {}  # what OpenCV counts in a picture: the same whatever board is stated
+    counts = {}  # what OpenCV counts in a picture: the same whatever board is stated
 
     def count(image, *how):
         key = image.tobytes(), how
-        if key not in told:
-            told[key] = counted(image, *how)
-        return told[key]
+        if key not in counts:
+            counts[key] = counted(image, *how)
+        return counts[key]
 
     monkeypatch.setattr(calibration_chessboard.cv2, "findChessboardCornersSBWithMeta", count)
     images = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(CHESS.glob("left0[1-6].jpg"))]
@@ -130,7 +130,7 @@ def test_other_number_of_squares_is_counted_and_said(monkeypatch):
         assert "squares = [10, 7]" in error.value.do
     refuse_other_size(images, BOARD)
     refuse_other_size(images, BOARD.altered(squares=(7, 10)))
-    assert len(told) == len(images)
+    assert len(counts) == len(images)
 
 
 @pytest.mark.parametrize("wrong", [(9, 7), (5, 4)])
@@ -190,7 +190,7 @@ def _plane(view):
 
 @pytest.mark.parametrize(("said", "together", "tied"), [(None, True, True), (False, True, False), (True, False, False)])
 def test_whether_views_were_taken_at_once_can_be_said(tmp_path, monkeypatch, said, together, tied):
-    """recording.toml has the last word; where nothing can be tied that is told."""
+    """recording.toml has the last word; where nothing can be tied, that is said."""
     setup, seen, extrinsic = rig_views(np.random.default_rng(4), together=together)
     if not together:  # no name in common
         seen["VW2"] = [replace(view, name=f"b-{view.name}") for view in seen["VW2"]]

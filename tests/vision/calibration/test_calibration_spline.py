@@ -205,8 +205,8 @@ def test_the_table_of_nodes_is_the_spline_with_its_sd(pair):
         assert np.allclose(camera.spline.at(own[["u_px", "v_px"]]), own[["du_px", "dv_px"]], atol=1e-9)
         variance = np.diag(found.covariance)[spline_places([one.spline for one in found.cameras], c)]
         assert np.allclose(own[["du_sd_px", "dv_sd_px"]].to_numpy().T.ravel() ** 2, variance, rtol=1e-5, atol=1e-8)
-    told = [line for line in found.advice if "a spline of" in line]
-    assert [line.split(":")[0] for line in told] == ["left", "right"]
+    advice = [line for line in found.advice if "a spline of" in line]
+    assert [line.split(":")[0] for line in advice] == ["left", "right"]
 
 
 def test_its_covariance_moves_points_as_differences_do(pair):

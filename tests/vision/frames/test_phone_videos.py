@@ -102,7 +102,7 @@ def test_a_video_says_its_rate_where_nobody_does(tmp_path):
     assert np.allclose(times, np.arange(FRAMES + 2) / 25.0, atol=1e-3) and "25" in notes[0]
 
 
-def test_a_rotation_flag_is_not_obeyed_and_a_turned_size_is_told(tmp_path):
+def test_a_rotation_flag_is_not_obeyed_and_a_turned_size_is_reported(tmp_path):
     written(tmp_path / "film.mp4")
     data = (tmp_path / "film.mp4").read_bytes()
     (tmp_path / "film.mp4").write_bytes(changed(data, {b"tkhd": turned_by_90}))
@@ -196,10 +196,10 @@ def rolled(
 
 
 @pytest.mark.parametrize(("readout_s", "given"), [(4e-3, None), (-3e-3, None), (4e-3, 4e-3), (0.0, None)])
-def test_a_rolling_shutter_is_told_and_taken_out(tmp_path, readout_s, given):
+def test_a_rolling_shutter_is_reported_and_taken_out(tmp_path, readout_s, given):
     """4 of 5 ms: pixels come out within 0.15 px rms of the film without it (5 ms of 11 Hz are interpolated by
     parabolas; 0.02 px are noise), by the stated time and by the fitted one, which is right to 5 %; without one nothing
-    is told.
+    is reported.
     """
     text = (Path(__file__).parents[3] / "sample_data" / "rendered" / "recording.toml").read_text()
     (tmp_path / "recording.toml").write_text(text.replace("frame_rate_hz = 800.0", "frame_rate_hz = 200.0"))
@@ -228,7 +228,7 @@ def test_a_rolling_shutter_is_told_and_taken_out(tmp_path, readout_s, given):
 
 
 @pytest.mark.parametrize("run", ["run-01", "run-04"])
-def test_no_rolling_shutter_is_told_of_cameras_without_one(run):
+def test_no_rolling_shutter_is_reported_of_cameras_without_one(run):
     """Tracks of another renderer, with a tilted table, impacts and a lens: not a pixel is moved."""
     from ovines.camera import read_calibration
     from ovines.tables import read_table

@@ -123,15 +123,15 @@ def _pose(truth: pd.DataFrame, motion: pd.DataFrame) -> str:
 def _walls(walls: pd.DataFrame, kind: Kind) -> str:
     from vision.walls.table import scatter_of
 
-    told = []
+    words = []
     for body, radius in (("host", kind.bodies.inner), ("nes", kind.bodies.washer)):
         own = walls[walls["body"] == body]
-        told.append(
+        words.append(
             f"{'-':>6s} {'-':>5s}"
             if len(own) < 3
             else "{:6.1f} {:5.1f}".format(*(1e6 * np.array(scatter_of(own)) - [1e6 * radius, 0]))
         )
-    return "       " + "  ".join(told)
+    return "       " + "  ".join(words)
 
 
 def main() -> None:

@@ -87,7 +87,7 @@ def test_window_is_a_crop_of_the_sensor():
 
 @pytest.mark.parametrize("blur_px", [0.4, 0.8])
 def test_tiles_leave_no_trace(blur_px):
-    """Drawn from another pixel on, others are the middles of tiles, by which it is told what has an edge there."""
+    """Drawn from another pixel on, others are the middles of tiles, from which follows what has an edge there."""
     rig = Rig(
         {"nes": Markers(("N",), np.array([[0.002, 0.001, 0.01]]))}, host_inner_radius_m=0.03, host_outer_radius_m=0.035
     )

@@ -1,4 +1,4 @@
-"""Markers that have each other's name in one camera for a while are told, by their views alone."""
+"""Markers that have each other's name in one camera for a while are found, from their views alone."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def exchanged(tracks: pd.DataFrame, camera: str, first: int, last: int) -> pd.Da
 
 
 @pytest.mark.parametrize("camera", ["VW1", "VW2"])
-def test_an_exchange_is_told_with_its_frames(cameras, camera):
+def test_an_exchange_is_reported_with_its_frames(cameras, camera):
     """In whichever camera; where the line between both runs along the epipolar lines they meet either way."""
     tracks = exchanged(tracks_of(cameras), camera, 560, 600)
     points = triangulate(tracks, cameras, WINDOWS)
@@ -74,7 +74,7 @@ def test_an_exchange_is_told_with_its_frames(cameras, camera):
 
 
 @pytest.mark.parametrize("delay_frames", [0.0, 0.5])
-def test_nothing_is_told_of_right_names(cameras, delay_frames):
+def test_nothing_is_reported_of_right_names(cameras, delay_frames):
     """Nor of a late camera, whose views of fast markers miss each other by as much."""
     tracks = tracks_of(cameras, delay_frames)
     points = triangulate(tracks, cameras, WINDOWS)

@@ -1,4 +1,4 @@
-"""A body whose names slip along a lattice is told; one that flies, turns and hits walls is not."""
+"""A body whose names slip along a lattice is reported; one that flies, turns and hits walls is not."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ def test_flights_and_impacts_are_no_jumps():
     assert len(jumps(place)) == 0
 
 
-def test_a_slip_by_one_pitch_is_told():
+def test_a_slip_by_one_pitch_is_reported():
     place = flight([(2, 1)], 60)
     place[40:] += (20.0, 0.0)
     assert jumps(place).tolist() == [40]

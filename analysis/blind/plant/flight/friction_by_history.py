@@ -65,16 +65,10 @@ def by_history(at: Instant, p: PlantParameters) -> float:
     stretches of `ROLLING_S`, which ones `rolling_draw` says (`rolls`).
     The faster a blow lets the disk go the thicker a film of oil it draws below itself, which lasts until the next: 1 -
     `primed` (u^2 - `PRIMED_M_PER_S`^2) / (u^2 + `PRIMED_M_PER_S`^2), u its speed over the floor after the last blow.
-    The floor is cleaned with alcohol before one of the runs, and rubs more from then on: 1 + `cleaned`, the run's own.
     Beads of wax roll along with the disk until it goes another way: 1 + `beads` (1 - the share of the way just slid
     that had the slip's direction (`add_beads`)) / 2.
     Debris gathers under the disk and breaks off each time it has gone `clogged_m`: 1 + `clogged` (2 q - 1), q the
     share of that way since then.
-    The washer is put in by hand before each run, its ground face down or its rolled one: 1 + `turned`, the run's own.
-    The air of the room is more and less humid in the course of a day: 1 + `humid`, the run's own.
-    The washer's face is damp as a run begins, and rubs itself dry: 1 + `damp` exp(-t / `damp_s`), t the run's time.
-    The bench warms in the course of a day: 1 + `bench`, the run's own.
-    Dust settles until somebody wipes it off: 1 + `dusted`, the run's own.
     Blows glaze what slides, and the floor holds it less and less: exp(-`glazed` n), n the blows before; or they strew
     grit, and it is held more and more: 1 + `strewn` n.
     The compressor below an air table pulsates: 1 + `pulsing` sin(`pulsing_rad_per_s` t + `pulsing_rad`), t the time in
@@ -114,6 +108,25 @@ def by_history(at: Instant, p: PlantParameters) -> float:
     if p.clogged != 0.0:
         gone = state[WAY] / p.clogged_m + p.clogged_share
         share *= max(1.0 + p.clogged * (2.0 * (gone - np.floor(gone)) - 1.0), 0.0)
+    share = _of_the_run(share, at, p)
+    if p.glazed != 0.0:
+        share *= np.exp(-p.glazed * state[BLOWS])
+    if p.strewn != 0.0:
+        share *= 1.0 + p.strewn * state[BLOWS]
+    return share * (1.0 + p.clinging * state[CHARGE]) * (1.0 + p.aged * state[AGED])
+
+
+@inlined
+def _of_the_run(share: float, at: Instant, p: PlantParameters) -> float:
+    """`share` times what each run has of its own.
+
+    The floor is cleaned with alcohol before one of the runs, and rubs more from then on: 1 + `cleaned`.
+    The washer is put in by hand before each run, its ground face down or its rolled one: 1 + `turned`.
+    The air of the room is more and less humid in the course of a day: 1 + `humid`.
+    The washer's face is damp as a run begins, and rubs itself dry: 1 + `damp` exp(-t / `damp_s`), t the run's time.
+    Dust settles until somebody wipes it off: 1 + `dusted`.
+    The bench warms in the course of a day: 1 + `bench`.
+    """
     share *= 1.0 + p.cleaned
     share *= 1.0 + p.turned
     if p.humid != 0.0:
@@ -124,11 +137,7 @@ def by_history(at: Instant, p: PlantParameters) -> float:
         share *= max(1.0 + p.dusted, 0.0)
     if p.bench != 0.0:
         share *= max(1.0 + p.bench, 0.0)
-    if p.glazed != 0.0:
-        share *= np.exp(-p.glazed * state[BLOWS])
-    if p.strewn != 0.0:
-        share *= 1.0 + p.strewn * state[BLOWS]
-    return share * (1.0 + p.clinging * state[CHARGE]) * (1.0 + p.aged * state[AGED])
+    return share
 
 
 @compiled

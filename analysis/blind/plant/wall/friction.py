@@ -105,17 +105,6 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     root `HERTZ_MOST` at most.
     A grazing blow only skims along the wall's asperities: 1 - `skimmed` r^2 / (r^2 + `GRAZE`^2), r the
     slip's size over the approach.
-    A washer's hole is full of oil, and the spin draws it out onto the rim: 1 - `flung_oil` w^2 / (w^2 +
-    `OIL_RAD_PER_S`^2), w the spin as the blow begins.
-    A rim that spins draws air and dust in between: 1 - `spun_s` |w|, w the spin as the blow begins.
-    Oil lies in the corner of floor and wall, and stays back as the Host is accelerated: 1 + `sloshing` (the
-    acceleration along the normal / `HOST_M_PER_S2`), less where it piles up and more opposite.
-    A cushion holds a disk more that comes with check side, its rim going round with its way along the wall, and less
-    one with running side: 1 + `side` 2 t w / (t^2 + w^2), t the speed of its middle along the wall, w that of its rim.
-    Powder on the wall is shaken up as the Host is accelerated, whichever way, and carries the disk like a fluid: 1 -
-    `shaken` (the size of the Host's acceleration / `HOST_M_PER_S2`).
-    The balls of its guide rattle the faster the Host moves, and what is rattled slips more easily: 1 - `dithered` (its
-    speed / `HOST_M_PER_S`).
     A wall that is not clean holds otherwise at each blow: e to `contaminated` z - `contaminated`^2 / 2, z standard
     normal; its mean is 1.
     """
@@ -138,6 +127,34 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.skimmed != 0.0:
         grazes = blow.slip**2 / (blow.slip**2 + (GRAZE * blow.approach) ** 2 + 1e-300)
         share *= max(1.0 - p.skimmed * grazes, LEAST_FRICTION)
+    share = _by_spin_and_host(share, blow, state, p)
+    if p.contaminated != 0.0:
+        share *= np.exp(p.contaminated * blow.other_chance - 0.5 * p.contaminated**2)
+    if p.flash != 0.0:
+        melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
+        share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
+    if p.combed != 0.0:
+        laid = np.tanh(state[SLIPPED] / PILE_M_PER_S)
+        share *= max(1.0 - p.combed * np.tanh(blow.slip / PILE_M_PER_S) * laid, LEAST_FRICTION)
+    return share
+
+
+@inlined
+def _by_spin_and_host(share: float, blow: Blow, state: Floats, p: PlantParameters) -> float:
+    """`share` times what the disk's spin and the Host's motion make of it.
+
+    A washer's hole is full of oil, and the spin draws it out onto the rim: 1 - `flung_oil` w^2 / (w^2 +
+    `OIL_RAD_PER_S`^2), w the spin as the blow begins.
+    A rim that spins draws air and dust in between: 1 - `spun_s` |w|, w the spin as the blow begins.
+    Oil lies in the corner of floor and wall, and stays back as the Host is accelerated: 1 + `sloshing` (the
+    acceleration along the normal / `HOST_M_PER_S2`), less where it piles up and more opposite.
+    A cushion holds a disk more that comes with check side, its rim going round with its way along the wall, and less
+    one with running side: 1 + `side` 2 t w / (t^2 + w^2), t the speed of its middle along the wall, w that of its rim.
+    Powder on the wall is shaken up as the Host is accelerated, whichever way, and carries the disk like a fluid: 1 -
+    `shaken` (the size of the Host's acceleration / `HOST_M_PER_S2`).
+    The balls of its guide rattle the faster the Host moves, and what is rattled slips more easily: 1 - `dithered` (its
+    speed / `HOST_M_PER_S`).
+    """
     if p.flung_oil != 0.0:
         oiled = state[SPIN] ** 2 / (state[SPIN] ** 2 + OIL_RAD_PER_S**2)
         share *= max(1.0 - p.flung_oil * oiled, LEAST_FRICTION)
@@ -157,14 +174,6 @@ def _by_the_way_it_slips(blow: Blow, state: Floats, p: PlantParameters) -> float
     if p.dithered != 0.0:
         speed = np.sqrt(blow.host_velocity[0] ** 2 + blow.host_velocity[1] ** 2) / HOST_M_PER_S
         share *= max(1.0 - p.dithered * speed, LEAST_FRICTION)
-    if p.contaminated != 0.0:
-        share *= np.exp(p.contaminated * blow.other_chance - 0.5 * p.contaminated**2)
-    if p.flash != 0.0:
-        melted = 1.0 - np.exp(-blow.approach * abs(blow.slip) / FLASH_M2_PER_S2)
-        share *= max(1.0 - p.flash * melted, LEAST_FRICTION)
-    if p.combed != 0.0:
-        laid = np.tanh(state[SLIPPED] / PILE_M_PER_S)
-        share *= max(1.0 - p.combed * np.tanh(blow.slip / PILE_M_PER_S) * laid, LEAST_FRICTION)
     return share
 
 

@@ -86,10 +86,10 @@ def columns_of(
     table = columns(terms)
     # In place, as a dictionary's columns of a long series fill a gigabyte.
     length = _lengths(table, block)
-    told = _blocks_telling(length) >= FEWEST_BLOCKS
+    enough = _blocks_telling(length) >= FEWEST_BLOCKS
     size = np.sqrt(np.sum(length**2, 0))
-    table[:, ~told] = 0.0
-    table /= np.where(told & (size > 0), size, 1.0)
+    table[:, ~enough] = 0.0
+    table /= np.where(enough & (size > 0), size, 1.0)
     ends = np.cumsum([len(one.terms) for one in candidates])
     return table, [list(range(end - len(one.terms), end)) for one, end in zip(candidates, ends, strict=True)]
 

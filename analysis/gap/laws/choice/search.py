@@ -39,7 +39,7 @@ from ovines.core.laws.terms import most_terms
 
 Array = NDArray[np.float64]
 # Problems of noise.  One series in a thousand over four stages, also for further parts of a law; one in a hundred
-# where a law is told only if it is believed, too: it is large, closes half, and is in both halves of the runs.  Where a
+# where a law is reported only if it is believed, too: large, closing half, and in both halves of the runs.  Where a
 # probe has already found that something is left, a law only says what it follows: one such stage in a hundred gets one
 # by chance, and there one in a hundred by the runs is enough for a further part, too.  Parts of a law at the most.
 DRAWS, LEVEL, LEVEL_BELIEVED, LEVEL_WHERE_LEFT, MOST_PARTS = 199, 0.001 / 4, 0.01 / 4, 0.01, 6

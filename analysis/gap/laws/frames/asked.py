@@ -26,7 +26,7 @@ from analysis.gap.measurement.body_residuals import LOOSE_M
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.series import Series
 
-# A force that gains this share of what a law of where the disk is seen gains is told in its place.
+# A force that gains this share of what a law of where the disk is seen gains is reported in its place.
 MOST_BY_A_FORCE = 0.9
 # A camera's law that makes the flights fit worse than this is none of a camera.
 WORSE = 1.01
@@ -42,7 +42,7 @@ def measurement_laws(
 ) -> tuple[tuple[LawFound, ...], Ladder]:
     """Laws of cameras, markers and clocks where something is left in the measurement or beside the drive, or where they
     are believed by themselves, and the ladder of the series without what they say, in which what is left of the
-    measurement stays told."""
+    measurement stays reported."""
     laws, series, best = changed_picture_laws(ladder.measured), ladder.measured, ladder
     # A tracker that stays behind moves every marker: first, for delays, forces and walls have it in them.
     way, again = _way_law(ladder, rng, withheld)
@@ -54,15 +54,15 @@ def measurement_laws(
         laws, series, best = (*laws, beside), again.measured, again
     begun = best
     measured = [one for one in best.structure if one.stage == "measurement"]
-    bent, told = ([one for one in measured if one.is_taken_out is is_bent] for is_bent in (True, False))
-    asked = bool(told)
+    bent, reported = ([one for one in measured if one.is_taken_out is is_bent] for is_bent in (True, False))
+    asked = bool(reported)
     drifting = drifting_clock_law(series, begun.drive)
     if drifting is not None:
         series = without_frame_laws(series, [drifting[0].law])
         laws, best = (*laws, drifting[0]), run_ladder(series, rng, withheld)
-    if told or delay_follows(series):
+    if reported or delay_follows(series):
         found, corrected = find_frame_laws(series, rng)
-        if not told:  # what nothing else asked for is believed by itself only
+        if not reported:  # what nothing else asked for is believed by itself only
             found = tuple(one for one in found if believed(one, 1.0, 0.0) is not None)
             corrected = without_frame_laws(series, [one.law for one in found])
         if found:
@@ -70,8 +70,8 @@ def measurement_laws(
             misfit = _misfit(again) / WORSE
             if misfit <= _misfit(best) or misfit <= interpolated_misfit(begun.measured, found):
                 laws, series, best = (*laws, *found), corrected, again
-                told = _without_spurious_delay(told, found, begun, again)
-                told = told or [_delay_structure(one, ladder) for one in found]
+                reported = _without_spurious_delay(reported, found, begun, again)
+                reported = reported or [_delay_structure(one, ladder) for one in found]
     if asked:
         # The disk alone in one view: the two say how they miss each other, flights which of them is off.
         seen = [(law, run_ladder(without, rng, withheld)) for law, without in find_disk_picture_laws(series, rng)]
@@ -82,7 +82,7 @@ def measurement_laws(
     found, corrected = find_marker_laws(series, rng)
     if found:
         laws, series, best = (*laws, *found), corrected, run_ladder(corrected, rng, withheld)
-        told = told or [_marker_structure(one) for one in found]
+        reported = reported or [_marker_structure(one) for one in found]
     # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
     # that sweeps passes for a clock: the disk's flights are asked, too.
     clock, corrected = find_clock_law(series, rng)
@@ -90,33 +90,33 @@ def measurement_laws(
         again = run_ladder(corrected, rng, withheld)
         if _misfit(again) < _misfit(best) * (1 / WORSE if _found(again) > _found(best) else HARDLY_WORSE):
             laws, series, best = (*laws, clock), corrected, again
-            told = told or [structure_of_clock(clock, ladder.series.period_s)]
+            reported = reported or [structure_of_clock(clock, ladder.series.period_s)]
     # How the card with the disk's markers lies on it: what stays from blow to blow no probe tells.
     card, again = _card_law(series, best, rng, withheld)
     if card is not None:
-        laws, best, told = (*laws, card), again, [*told, _card_structure(card)]
+        laws, best, reported = (*laws, card), again, [*reported, _card_structure(card)]
     if drifting is not None:
-        told = [*told, drifting[1]]
+        reported = [*reported, drifting[1]]
     if way is not None:
-        told = [*told, _way_structure(way, ladder)]
+        reported = [*reported, _way_structure(way, ladder)]
     if beside is not None:
-        told = [*told, _blow_structure(beside, ladder)]
+        reported = [*reported, _blow_structure(beside, ladder)]
     if not laws:
         return (), ladder
     others = [one for one in best.structure if one.stage != "measurement"]
-    structure = tuple(sorted([*told, *bent, *others], key=lambda one: -one.strength))
+    structure = tuple(sorted([*reported, *bent, *others], key=lambda one: -one.strength))
     return laws, replace(best, measured=ladder.measured, structure=structure)
 
 
 def _without_spurious_delay(
-    told: list[Structure], found: tuple[LawFound, ...], ladder: Ladder, again: Ladder
+    reported: list[Structure], found: tuple[LawFound, ...], ladder: Ladder, again: Ladder
 ) -> list[Structure]:
-    """``told`` but for a delay that changes, where it is gone ``again`` without what laws of pictures say, and none was
-    found of a delay: a picture that lies elsewhere in some runs moves points as a late camera does."""
+    """``reported`` but for a delay that changes, where it is gone ``again`` without what laws of pictures say, and none
+    was found of a delay: a picture that lies elsewhere in some runs moves points as a late camera does."""
     changed, delayed = ladder.measurement.clock_change, [t for one in found for t in one.law.terms if t.target == DELAY]
     if delayed or again.measurement.clock_change is not None:
-        return told
-    return [one for one in told if one is not changed]
+        return reported
+    return [one for one in reported if one is not changed]
 
 
 def _way_law(ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]) -> tuple[LawFound | None, Ladder]:
@@ -134,7 +134,7 @@ def _way_law(ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str])
 def _blow_law(ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]) -> tuple[LawFound | None, Ladder]:
     """The law of what every place holds of the frames beside it, and the ladder of the series without it.  Less must be
     named and left then, or as much, and flights fit better.  A contact that lasts cuts corners, too: where it explains
-    everything, it is told."""
+    everything, it is reported."""
     law = find_blow_law(ladder.measured, rng)
     if law is None or law.size <= _still_m(ladder) or law.halves is None or not law.halves.both_show_it:
         return None, ladder
@@ -185,7 +185,7 @@ def seen_disk_law(
         return (), ladder
     if force_gain(ladder.series.runs, ladder.flights.named, rng) > MOST_BY_A_FORCE * seen_gain:
         return (), ladder
-    structure = _told(law, least_m, "{}: the disk is seen beside where it is")
+    structure = _structure(law, least_m, "{}: the disk is seen beside where it is")
     # A shape of the wall that shows only once the picture is moved is what the law, read off flights, misses there.
     named = {cause.effect for cause in ladder.causes}
     causes = tuple(c for c in again.causes if c.stage != "geometry" or c.effect in named)
@@ -206,32 +206,32 @@ def _found(ladder: Ladder) -> int:
 
 def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
-    return _told(law, least_delay_s(ladder.series), "{}: the delay of a camera changes", "s")
+    return _structure(law, least_delay_s(ladder.series), "{}: the delay of a camera changes", "s")
 
 
 def _marker_structure(law: LawFound) -> Structure:
     """What a law of a marker leaves that no mean over a part of the runs has shown."""
-    return _told(law, LOOSE_M, "{}: a marker moves on its body")
+    return _structure(law, LOOSE_M, "{}: a marker moves on its body")
 
 
 def _way_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of every marker along its own way leaves, which no probe tells."""
     follows = ", by a length that follows its speed" if law.law.terms[0].factors else ""
-    return _told(law, _still_m(ladder), f"{OWN_WAY}{follows}")
+    return _structure(law, _still_m(ladder), f"{OWN_WAY}{follows}")
 
 
 def _blow_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of the frames beside each leaves, which no probe tells."""
     when = "before" if all(term.x < 0 for term in law.law.terms) else "before and after"
-    return _told(law, _still_m(ladder), f"{BESIDE}: at a blow, places hold a share of those {when}")
+    return _structure(law, _still_m(ladder), f"{BESIDE}: at a blow, places hold a share of those {when}")
 
 
 def _card_structure(law: LawFound) -> Structure:
     """What a law of the card leaves, which no probe tells."""
-    return _told(law, LOOSE_M, "{}: the markers' card moves on the NES")
+    return _structure(law, LOOSE_M, "{}: the markers' card moves on the NES")
 
 
-def _told(law: LawFound, least: float, words: str, unit: str = "m") -> Structure:
+def _structure(law: LawFound, least: float, words: str, unit: str = "m") -> Structure:
     """What a law of the measurement leaves in all frames, in ``words`` with what its first term follows in them; by
     less than ``least`` (in ``unit``) it counts as nothing."""
     one = structure_of_law(law, "measurement", "x", law.size, least)

@@ -3,7 +3,7 @@ share of a run, of the run, of the drive's phase, of the Host's motion and of th
 may go on its body: besides, with what its body does.
 
 What is constant is not here: a window's place and a camera's delay are effects of the library, a picture that is bent
-in all frames alike is told by the lens fields (:mod:`analysis.gap.laws.frames.changed_pictures`)."""
+in all frames alike is found by the lens fields (:mod:`analysis.gap.laws.frames.changed_pictures`)."""
 
 from __future__ import annotations
 

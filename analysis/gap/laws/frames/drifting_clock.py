@@ -49,11 +49,11 @@ def frequency_drift(series: Series, drive: DriveSteps) -> Drift | None:
     """The drift where it is surely there (Student's t of the slope over the runs) and no frame rate would be negligible
     that is as far off; None else, and where fewer than four runs have a drive of lines whose frequency was asked for.
 
-    Of a sweep or a random drive no frequency is told."""
-    told = [path.run for path in drive.paths if path.tells_lines]
+    A sweep or a random drive has no one frequency to compare."""
+    with_lines = [path.run for path in drive.paths if path.tells_lines]
     pairs = [
         (run, series.runs[run].data.host.frequency_hz / excitation.frequency_hz - 1)
-        for run in told
+        for run in with_lines
         if (excitation := series.recordings[run].excitation) is not None
         and excitation.frequency_hz
         and series.runs[run].data.host.omega_rad_per_s > 0
@@ -77,21 +77,21 @@ def drift_of(number: Array, share: Array) -> Drift | None:
 
 
 def drifting_clock_law(series: Series, drive: DriveSteps) -> tuple[LawFound, Structure] | None:
-    """The drift as a law of the clock, which makes the drive's frequency the same in all runs, and what it leaves to be
-    told."""
+    """The drift as a law of the clock, which makes the drive's frequency the same in all runs, and the structure
+    that it stands for."""
     drift = frequency_drift(series, drive)
     if drift is None:
         return None
     term = Term("clock_delay", drift.slope, (Factor("time"), Factor("run", x=drift.middle)), sd=drift.sd)
     law = WrittenLaw((term,))
-    told = in_world(law, series.frame)
+    world_law = in_world(law, series.frame)
     before, after = (_by_run(squares, drift, series) for squares in _squares(drift))
     sds = {"coefficient": drift.sd}
-    numbers = {name: (value, sds.get(name, 0.0), unit) for name, (value, unit) in named_numbers(told).items()}
+    numbers = {name: (value, sds.get(name, 0.0), unit) for name, (value, unit) in named_numbers(world_law).items()}
     noise = np.full(len(drift.number), float(drift.left @ drift.left) / (len(drift.number) - 2))
     floor = _by_run(noise, drift, series) * min(1.0, float(after.sum() / noise.sum()))
     size = abs(drift.slope) * float(np.std(drift.number))
-    found = LawFound(law=told, rig_law=law, numbers=numbers, p=drift.p, before=before, after=after, floor=floor,
+    found = LawFound(law=world_law, rig_law=law, numbers=numbers, p=drift.p, before=before, after=after, floor=floor,
                      others=(), evidence=_evidence(drift, series), halves=_halves(drift), size=size)  # fmt: skip
     least = NEGLIGIBLE["frame_rate_error"]
     gain = len(drift.number) * float(np.log(before.sum() / max(after.sum(), 1e-300)))

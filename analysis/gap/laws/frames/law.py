@@ -78,9 +78,9 @@ def find_disk_picture_laws(series: Series, rng: np.random.Generator) -> list[tup
 
 
 def find_marker_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[LawFound, ...], Series]:
-    """Laws of the markers that are told to move on their bodies, each where chance would not find as much and where it
-    is larger than how well markers are glued; of those that nothing has told, where they are believed; and the series
-    without what they say."""
+    """Laws of the markers that were found to move on their bodies, each where chance would not find as much and where
+    it is larger than how well markers are glued; of those that no probe found to move, where they are believed; and the
+    series without what they say."""
     laws: list[LawFound] = []
     for loose in loose_markers(series):
         found = _marker_law(marker_rows(series, loose.body, loose.marker), series, rng)
@@ -122,7 +122,7 @@ def _law_of(
     moved = moved_rms(rows, found.terms, found.coefficients)
     if not any(moved[key] > least for key, least in _negligible(rows, series).items() if key in moved):
         return []
-    return _told(reported_law(rows, found, p, series.frame), max(moved.values()))
+    return _sized(reported_law(rows, found, p, series.frame), max(moved.values()))
 
 
 def _picture_law(rows: FrameRows | None, series: Series, rng: np.random.Generator, camera: int) -> list[LawFound]:
@@ -168,7 +168,7 @@ def _marker_law(rows: MarkerRows | None, series: Series, rng: np.random.Generato
         return []
     size_m = rows.moved_rms(found.terms, found.coefficients)
     law = reported_law(rows, found, p, series.frame)
-    return _told(_open_to_lens(law, series), size_m) if size_m > LOOSE_M else []
+    return _sized(_open_to_lens(law, series), size_m) if size_m > LOOSE_M else []
 
 
 def _open_to_lens(law: LawFound, series: Series) -> LawFound:
@@ -184,16 +184,16 @@ def _open_to_lens(law: LawFound, series: Series) -> LawFound:
         bends = any(factor.quantity == "host_acceleration_along" for factor in term.factors)
         return replace(term, sd=float(np.hypot(term.sd, open_s2))) if bends else term
 
-    told = WrittenLaw(tuple(wider(term) for term in law.law.terms))
-    many = len(told.terms) > 1
+    widened = WrittenLaw(tuple(wider(term) for term in law.law.terms))
+    many = len(widened.terms) > 1
     numbers = dict(law.numbers)
-    for i, term in enumerate(told.terms):
+    for i, term in enumerate(widened.terms):
         numbers[f"coefficient_{i + 1}" if many else "coefficient"] = (term.coefficient, term.sd, term.unit)
     rig_law = WrittenLaw(tuple(wider(term) for term in law.rig_law.terms))
-    return replace(law, law=told, rig_law=rig_law, numbers=numbers)
+    return replace(law, law=widened, rig_law=rig_law, numbers=numbers)
 
 
-def _told(law: LawFound, size: float) -> list[LawFound]:
+def _sized(law: LawFound, size: float) -> list[LawFound]:
     """The law of a ``size``, where it closes enough; no floor is above the best model."""
     law = replace(law, size=size, floor=law.floor * min(1.0, float(law.after.sum() / law.floor.sum())))
     return [law] if law.closed > LAW_LEAST_CLOSED else []

@@ -37,8 +37,8 @@ def flight_law_instead(
 def flight_law_beyond(
     search: FlightSearch, steps: FlightSteps, frame: RigFrame, rng: np.random.Generator, least_m_per_s2: float
 ) -> tuple[LawFound, FlightSteps] | None:
-    """A formula in the place of names that leave nothing which a law beside them could be told from, and the steps with
-    the names that are needed beside it; None where these say as much.
+    """A formula in the place of names that leave nothing for a law beside them to follow, and the steps with the names
+    that are needed beside it; None where these say as much.
 
     A name that takes nearly the whole of another cause leaves too little for chance to be ruled out.  Asked is which of
     the two runs held out want: by the linearised flights first, of each name and of all, then by the equation of

@@ -89,14 +89,14 @@ def _says_more(found: Found, base: ImpactFit, fits: Sequence[FlightFits], shapes
     beside = [term for part in found.parts if part not in replacing for term in part.terms]
     sharp = distance_regression(base, fits, law_at(found.parts, values_of(found)))
     left = sharp.problem.with_columns(sharp.columns(found.terms)).excess
-    told, named = (_gain(sharp, terms) / left for terms in (found.terms, [*shapes, *beside]))
-    return _instead(told, named, sum(part.unknowns for part in replacing) - len(shapes))
+    formula, named = (_gain(sharp, terms) / left for terms in (found.terms, [*shapes, *beside]))
+    return _instead(formula, named, sum(part.unknowns for part in replacing) - len(shapes))
 
 
-def _instead(told: float, named: float, more: int) -> bool:
-    """Whether a formula of so many ``more`` unknowns, which gains ``told``, says clearly more than named shapes that
+def _instead(formula: float, named: float, more: int) -> bool:
+    """Whether a formula of so many ``more`` unknowns, which gains ``formula``, says clearly more than named shapes that
     gain ``named``, or as much by fewer."""
-    return told - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and told > AS_WELL * named)
+    return formula - named > AS_GOOD + PER_UNKNOWN * max(more, 0) or (more < 0 and formula > AS_WELL * named)
 
 
 def _gain(rows: ImpactRegression, terms: Sequence[Term]) -> float:

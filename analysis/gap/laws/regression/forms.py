@@ -71,21 +71,29 @@ class Forms:
             whole = one.information.sum(0) - one.information[r]
             left = whole - _between(rest_cross, turn, one.at)
             own = one.information[r] - _between(turn, self.cross[r], one.at) - _between(own_cross, turn, one.at)
-            told = np.all(_diagonals(left) > LEAST_LEFT * _diagonals(whole), 1)
-            kin.append((told, _inverses(left), own))
+            determined = np.all(_diagonals(left) > LEAST_LEFT * _diagonals(whole), 1)
+            kin.append(_Left(determined, _inverses(left), own))
         return _HeldOut(inverse, turn, own_cross, tuple(kin))
+
+
+class _Left(NamedTuple):
+    """Of groups of one size in one fold: which of them (G,) the others leave anything of, the inverses (G, S, S) of
+    that, and the fold's own products (G, S, S)."""
+
+    determined: NDArray[np.bool_]
+    inverses: Array
+    own: Array
 
 
 class _HeldOut(NamedTuple):
     """One fold predicted by the others: ``inverse`` (P, P) of their nuisances' normal equations, ``turn`` (P, C) what
-    nuisances take of each column, ``cross`` (P, C) of the fold's own once these follow the others' solution; of each
-    of the ``kin`` which groups (G,) anything is left of, the inverses (G, S, S) of that, and the fold's own products
-    (G, S, S)."""
+    nuisances take of each column, ``cross`` (P, C) of the fold's own once these follow the others' solution; what is
+    left of each of the ``kin``."""
 
     inverse: Array
     turn: Array
     cross: Array
-    kin: tuple[tuple[NDArray[np.bool_], Array, Array], ...]
+    kin: tuple[_Left, ...]
 
 
 def forms_of(
@@ -190,9 +198,9 @@ def gains_by_chance(
 def _scores(problem: Regression, columns: Table, residual: Array) -> Array:
     """Scores (B, P + C) of each block."""
     parts = stretches(np.unique(problem.block, return_inverse=True)[1])
-    told = np.array([residual[rows] @ own for rows, own in zip(parts, in_doubles(columns, parts), strict=True)])
+    by_columns = np.array([residual[rows] @ own for rows, own in zip(parts, in_doubles(columns, parts), strict=True)])
     held = np.array([residual[rows] @ problem.nuisances[rows] for rows in parts])
-    return np.hstack([one.reshape(len(parts), -1) for one in (held, told)])
+    return np.hstack([one.reshape(len(parts), -1) for one in (held, by_columns)])
 
 
 def held_out_gains(forms: Forms, signs: Array, scores: Array | None = None) -> Array:
@@ -211,9 +219,10 @@ def gains_of_choice(forms: Forms, prices: Array) -> Array:
     for fold, pushed, own_score in _by_fold(forms, np.ones((1, len(forms.fold)))):
         foretold, explained = np.zeros((1, len(prices))), np.zeros(len(prices))
         _add_foretold(forms, fold, pushed, own_score, foretold)
-        for one, (told, inverses, _) in zip(forms.kin, fold.kin, strict=True):
+        for one, left in zip(forms.kin, fold.kin, strict=True):
             score = pushed[0, one.at]
-            explained[one.number] = np.where(told, np.einsum("ga,gab,gb->g", score, inverses, score), 0.0)
+            gain = np.einsum("ga,gab,gb->g", score, left.inverses, score)
+            explained[one.number] = np.where(left.determined, gain, 0.0)
         out.append(float(foretold[0, int(np.argmax(explained - prices))]))
     return np.array(out)
 
@@ -235,27 +244,25 @@ def _by_fold(forms: Forms, signs: Array, scores: Array | None = None) -> Iterato
 
 def _add_foretold(forms: Forms, fold: _HeldOut, pushed: Array, own_score: Array, gains: Array) -> None:
     """Add to ``gains`` (D, G) the fall of a fold's own sum of squares that the others foretell."""
-    for one, (told, inverses, own) in zip(forms.kin, fold.kin, strict=True):
-        _add_gains(one.number, one.at, told, inverses, own, pushed, own_score, np.empty(one.at.shape[1]), gains)
+    for one, left in zip(forms.kin, fold.kin, strict=True):
+        _add_gains(one.number, one.at, left, pushed, own_score, np.empty(one.at.shape[1]), gains)
 
 
 @compiled
 def _add_gains(
     number: NDArray[np.int64],
     at: NDArray[np.int64],
-    told: NDArray[np.bool_],
-    inverses: Array,
-    own: Array,
+    left: _Left,
     pushed: Array,
     own_score: Array,
     step: Array,
     gains: Array,
 ) -> None:
     """Of groups of one size; ``step`` (S,) holds the coefficients of one."""
-    size = at.shape[1]
+    size, determined, inverses, own = at.shape[1], left.determined, left.inverses, left.own
     for d in range(pushed.shape[0]):
         for g in range(at.shape[0]):
-            if not told[g]:
+            if not determined[g]:
                 continue
             for b in range(size):
                 step[b] = 0.0

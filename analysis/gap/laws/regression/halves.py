@@ -17,13 +17,13 @@ Array = NDArray[np.float64]
 ALIKE = 0.02
 # Runs tell nothing of a law of which what is fitted along takes all but this share of the square: one run of a law that
 # goes with the run.
-LEAST_TOLD = 1e-6
+LEAST_SHARE_LEFT = 1e-6
 
 
 @dataclass(frozen=True)
 class Halves:
-    """A law's size, 1 being the one told, fitted to every second run alone (the first, third, ...) and to the others,
-    with sds; of a law that acts in too few runs for that, to every second flight or impact that it acts in."""
+    """A law's size, 1 being the reported one, fitted to every second run alone (the first, third, ...) and to the
+    others, with sds; of a law that acts in too few runs for that, to every second flight or impact that it acts in."""
 
     sizes: tuple[float, float]
     sds: tuple[float, float]
@@ -96,7 +96,7 @@ def scatter_of_runs(problem: Regression, moved: Array) -> float:
 def _size(problem: Regression, moved: Array) -> tuple[float, float]:
     """Size and sd of what a law does to the rows, every nuisance fitted along; an sd of 0 where they tell nothing."""
     _, size, covariance = Profile.of(problem).gain(moved[:, None])
-    if not 0 < covariance[0, 0] * float(moved @ moved) < 1 / LEAST_TOLD:
+    if not 0 < covariance[0, 0] * float(moved @ moved) < 1 / LEAST_SHARE_LEFT:
         return 0.0, 0.0
     excess = replace(problem, residual=problem.residual - size[0] * moved).excess
     return float(size[0]), float(np.sqrt(covariance[0, 0] * excess))

@@ -43,8 +43,8 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
     design = restitution_design(d, terms)
     restitution = (d.after / d.before, d.normal_sd / d.before, design)
     wall = fitted.wall
-    distance_sd = np.hypot(wall.impacts.sd("gap")[d.index], DISTANCE_FLOOR_M)
-    nominal, ellipse = (wall.impacts.design(t)[d.index] for t in (wall.wall.nominal_terms, wall.wall.ellipse_terms))
+    distance_sd = np.hypot(wall.impacts.sd("gap")[d.at.index], DISTANCE_FLOOR_M)
+    nominal, ellipse = (wall.impacts.design(t)[d.at.index] for t in (wall.wall.nominal_terms, wall.wall.ellipse_terms))
     speed = d.before[:, None]
     base = np.hstack(
         [
@@ -53,7 +53,7 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
             speed if ladder.impacts.shape.finite and probes else speed[:, :0],
         ]
     )
-    distance = (wall.residual_m[d.index], distance_sd, base)
+    distance = (wall.residual_m[d.at.index], distance_sd, base)
     if not probes:
         found = {c.effect for c in ladder.causes}
         blocks = {
@@ -70,7 +70,7 @@ def impact_candidates(ladder: Ladder, probes: bool) -> list[Candidate]:
             Candidate(
                 name,
                 True,
-                _gains(y, sd, _beside(name, base, names, columns, found), [own], d.run, runs)[0],
+                _gains(y, sd, _beside(name, base, names, columns, found), [own], d.at.run, runs)[0],
                 name in found,
             )
             for names, ((y, sd, base), columns) in blocks.items()
@@ -90,7 +90,7 @@ def _lobes(ladder: Ladder) -> Array:
     """Lobes (K, 2) of the order that was tried, at the impacts of the recalibrated fit."""
     d = ladder.both_impacts()[0].data
     order = next((gain.order for gain in ladder.impacts.gains if gain.order), ORDERS[0])
-    return lobe_columns(d.azimuth_rad - d.host_angle_rad, order)
+    return lobe_columns(d.at.azimuth_rad - d.at.host_angle_rad, order)
 
 
 def _probe_candidates(
@@ -118,7 +118,7 @@ def _probe_candidates(
         # The wall's own shape is a named effect, not a probe.
         groups = {name: parts for name, parts in PROBES.items() if residual != "distance" or name not in LOBES_AS_PROBE}
         columns = [np.column_stack([table[p] for p in parts]) for parts in groups.values()]
-        for name, gains in zip(groups, _gains(*regression, columns, d.run, runs), strict=True):
+        for name, gains in zip(groups, _gains(*regression, columns, d.at.run, runs), strict=True):
             words = f"{residual} with {name}".replace(
                 "the recording's time at the drive's frequency", "the drive's clock"
             )

@@ -23,11 +23,11 @@ def covariate_of(fitted: ImpactFit, name: str) -> Array:
     """A covariate (K,) of the usable impacts; angles in degrees from -180 to 180."""
     d = fitted.data
     angles = {
-        "azimuth in the room": d.azimuth_rad,
-        "azimuth in the Host": d.azimuth_rad - d.host_angle_rad,
-        "azimuth in the disk": fitted.wall.impacts.body_rad[d.index],
-        "drive phase": d.drive_rad,
-        "clock of the drive": d.drive_rad - d.drive_start_rad,
+        "azimuth in the room": d.at.azimuth_rad,
+        "azimuth in the Host": d.at.azimuth_rad - d.at.host_angle_rad,
+        "azimuth in the disk": fitted.wall.impacts.body_rad[d.at.index],
+        "drive phase": d.at.drive_rad,
+        "clock of the drive": d.at.drive_rad - d.at.drive_start_rad,
     }
     if name in angles:
         return np.asarray(DEGREES * np.angle(np.exp(1j * angles[name])), float)
@@ -35,9 +35,9 @@ def covariate_of(fitted: ImpactFit, name: str) -> Array:
         "approach speed": d.before,
         "slip": d.slip,
         "tangential impulse": d.tangential_impulse,
-        "spin before": d.spin,
-        "time in the run": d.time_s,
-        "run": d.run.astype(float) + 1,
+        "spin before": d.at.spin,
+        "time in the run": d.at.time_s,
+        "run": d.at.run.astype(float) + 1,
         "time since the impact before": 1e3 * since_before(d),
     }
     return plain[name]
@@ -52,7 +52,7 @@ def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: s
         design = restitution_design(d, restitution_terms)
         return np.asarray(d.after / d.before - design @ fit_restitution(d, design)[0], float)
     if residual == "distance":
-        r = fitted.wall.residual_m[d.index]
+        r = fitted.wall.residual_m[d.at.index]
         if put_back in ("wall_centre_offset", "mass_centre_offset"):
             # The layout's wall, not the recalibrated one, is what the effect is an error of.
             impacts, wall = fitted.wall.impacts, fitted.wall.wall
@@ -60,7 +60,7 @@ def residual_of(fitted: ImpactFit, restitution_terms: Sequence[str], residual: s
                 off, seen = wall.centre_m, impacts.normal_rad - impacts.junctions.host[:, 3]
             else:
                 off, seen = -wall.disk_m, impacts.body_rad
-            r = r + (np.cos(seen) * off[0] + np.sin(seen) * off[1])[d.index]
+            r = r + (np.cos(seen) * off[0] + np.sin(seen) * off[1])[d.at.index]
         return 1e6 * r
     if residual == "angular":
         return 1e3 * d.angular

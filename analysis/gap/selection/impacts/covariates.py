@@ -55,25 +55,25 @@ def covariates(data: LawData) -> dict[str, Array]:
     """What a residual of an impact may go with, each centred and of unit spread unless it is an angle's cosine or
     sine.
     """
-    seen = data.azimuth_rad - data.host_angle_rad
+    seen = data.at.azimuth_rad - data.at.host_angle_rad
     plain = {
         "slip speed": np.abs(data.slip),
         "slip direction": np.sign(data.slip),
-        "spin": np.abs(data.spin) / 100,
-        "sense of spin": data.spin / 100,
-        "time in the run": data.time_s,
+        "spin": np.abs(data.at.spin) / 100,
+        "sense of spin": data.at.spin / 100,
+        "time in the run": data.at.time_s,
         "first impacts": np.exp(-_impacts_before(data) / WORN_IN),
-        "run": data.run.astype(float),
+        "run": data.at.run.astype(float),
         "memory of the impact before": np.exp(-since_before(data) / MEMORY_S),
     }
     out = {name: standardised(values) for name, values in plain.items()}
     # Seconds of the recording at the drive's frequency: what another machine in step with the drive would follow.
-    clock = data.drive_rad - data.drive_start_rad
+    clock = data.at.drive_rad - data.at.drive_start_rad
     out.update({"cos clock": np.cos(clock), "sin clock": np.sin(clock)})
     out.update(
         {
-            "cos drive phase": np.cos(data.drive_rad),
-            "sin drive phase": np.sin(data.drive_rad),
+            "cos drive phase": np.cos(data.at.drive_rad),
+            "sin drive phase": np.sin(data.at.drive_rad),
             "cos 2 azimuth": np.cos(2 * seen),
             "sin 2 azimuth": np.sin(2 * seen),
             "cos 3 azimuth": np.cos(3 * seen),
@@ -85,8 +85,8 @@ def covariates(data: LawData) -> dict[str, Array]:
 
 def _impacts_before(data: LawData) -> Array:
     """How many impacts (K,) of its run were before each."""
-    order = np.lexsort((data.time_s, data.run))
-    _, first, number = np.unique(data.run[order], return_index=True, return_inverse=True)
+    order = np.lexsort((data.at.time_s, data.at.run))
+    _, first, number = np.unique(data.at.run[order], return_index=True, return_inverse=True)
     out = np.empty(len(order))
     out[order] = np.arange(len(order)) - first[number]
     return out

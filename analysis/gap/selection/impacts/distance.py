@@ -61,14 +61,14 @@ def distance_gains(base: ImpactFit, shape: Shape, withheld: frozenset[str] = fro
     if "wall_ellipticity" in withheld:
         probes["twice the azimuth"] = PROBES["twice the azimuth"]
     if order and not named:
-        lobes = lobe_columns(base.data.azimuth_rad - base.data.host_angle_rad, order)
+        lobes = lobe_columns(base.data.at.azimuth_rad - base.data.at.host_angle_rad, order)
         table |= {"cos lobes": lobes[:, 0], "sin lobes": lobes[:, 1]}
         probes["three times the azimuth" if order == 3 else f"{order} times the azimuth"] = ("cos lobes", "sin lobes")
     if "finite_contact_time" in withheld:
         probes["the approach speed"] = ("approach speed",)
     for name, parts in probes.items():
         full = np.zeros((len(base.junctions), len(parts)))
-        full[base.data.index] = np.column_stack([table[p] for p in parts])
+        full[base.data.at.index] = np.column_stack([table[p] for p in parts])
         trial = fit_wall(
             base.junctions, wall.wall, terms, prior, full if held is None else np.column_stack([full, held]), rounds=3
         )

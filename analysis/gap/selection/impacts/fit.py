@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.given_impacts import part_of
 from analysis.contact.held_laws import without_laws
 from analysis.contact.impacts import Junctions, intersect, measure
 from analysis.contact.law import (
@@ -90,9 +89,9 @@ class ImpactFit:
         """:meth:`without` each run whose impacts are known."""
         if not np.isfinite(self.law.wall_friction):
             return {}
-        others = {int(run): self.data.run != run for run in np.unique(self.data.run)}
+        others = {int(run): self.data.at.run != run for run in np.unique(self.data.at.run)}
         return {
-            run: self._along_the_wall(part_of(self.data, those))
+            run: self._along_the_wall(self.data.part(those))
             for run, those in others.items()
             if np.count_nonzero(those) >= FEWEST_HELD_OUT
         }
@@ -161,7 +160,7 @@ def with_leaning_wall(impacts: ImpactFit, fits: Sequence[FlightFits], reach_m: A
 
 def _from_start(data: LawData, start_s: Array) -> LawData:
     """Impacts as the law takes them, their times counted from the starts (R,) of their runs."""
-    return _with_structure(replace(data, time_s=data.time_s - start_s[data.run]))
+    return _with_structure(data.from_starts(start_s))
 
 
 def wall_prior(wall: Wall) -> dict[str, float]:

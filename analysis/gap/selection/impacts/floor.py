@@ -47,7 +47,7 @@ def impact_floor(
     design = _with_laws(data, restitution_terms, terms, sized)
     c, _, scatter = fit_restitution(data, design)[:3]
     table = np.column_stack(
-        [np.ones(len(data)), *covariates(data).values(), np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)]
+        [np.ones(len(data)), *covariates(data).values(), np.cos(data.at.azimuth_rad), np.sin(data.at.azimuth_rad)]
     )
     speed = np.column_stack([np.exp(-data.before / s) for s in (0.4, 1.5)])
     normal_sd = np.hypot(data.normal_sd, scatter * data.before)
@@ -97,7 +97,7 @@ def _lever(target: str, data: LawData, impulse: Array, radius_m: float) -> Array
         "restitution": np.zeros(len(data)),  # the impulse holds it
         "wall_friction": np.sign(data.slip) * impulse,
         "tangential_restitution": data.slip,
-        "spin_kept": radius_m * data.spin,
+        "spin_kept": radius_m * data.at.spin,
         "spin_added": np.full(len(data), radius_m),
     }[target]
 

@@ -35,7 +35,7 @@ def restitution_gains(
     spot = best_spot(data, design, value)
     if spot is not None:
         groups.append((f"a place on the wall at azimuth {spot[0]:.1f} rad", spot[1][:, None], False, SPOTS_BY_CHANCE))
-    runs = run_columns(data.run)
+    runs = run_columns(data.at.run)
     if runs is not None:
         groups.append((EACH_RUN, runs, False, runs_by_chance(runs)))
     for name, columns, named, penalty in groups:
@@ -84,7 +84,7 @@ def restitution_groups(
     """
     speeds, directions = (
         _columns(standardised(data.before), standardised(data.before**2)),
-        _columns(np.cos(data.azimuth_rad), np.sin(data.azimuth_rad)),
+        _columns(np.cos(data.at.azimuth_rad), np.sin(data.at.azimuth_rad)),
     )
     out: list[tuple[str, Array, bool]] = []
     if "speed_dependent_restitution" in withheld:
@@ -113,7 +113,7 @@ def spots(data: LawData) -> list[tuple[float, Array]]:
     """Bumps (K,) at places of the wall, with their azimuth (rad, Host's frame): twenty places, two widths, where
     impacts are.
     """
-    seen = data.azimuth_rad - data.host_angle_rad
+    seen = data.at.azimuth_rad - data.at.host_angle_rad
     out = []
     for width in (0.25, 0.5):
         for centre in np.arange(-np.pi, np.pi, np.pi / 10):

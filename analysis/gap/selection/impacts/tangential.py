@@ -36,7 +36,7 @@ FEWEST_WITHIN, GROSS_SHARE, LEAST_P = 2, 0.1, 1e-200
 def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
     """Probes in the tangential law (wall friction that follows something) and in the angular law."""
     table = covariates(data)
-    seen = data.azimuth_rad - data.host_angle_rad
+    seen = data.at.azimuth_rad - data.at.host_angle_rad
     table = {
         **table,
         "cos azimuth": np.cos(seen),
@@ -52,17 +52,17 @@ def tangential_gains(data: LawData, law: Law) -> list[ImpactGain]:
         size = np.abs(predicted)
         strong = part & (size > LEAST_IMPULSE_M_PER_S)
         enough = np.count_nonzero(strong) >= FEWEST_FOR_PROBES
-        if residual == "sliding" and not (enough and run_columns(data.run[strong]) is not None):
+        if residual == "sliding" and not (enough and run_columns(data.at.run[strong]) is not None):
             out += _friction_by_run(data, law)
         if not enough:
             continue
         y = (np.abs(data.tangential_impulse) - size)[strong] / size[strong]
         error = np.sqrt((data.tangential_sd[strong] / size[strong]) ** 2 + MODEL_SHARE**2)
         out += _regressions(residual, groups, {k: v[strong] for k, v in table.items()}, y, error)
-        out += _run_regression(residual, data.run[strong], y, error)
+        out += _run_regression(residual, data.at.run[strong], y, error)
     angular_sd = np.sqrt(data.angular_sd**2 + (ANGULAR_SHARE * data.normal_impulse) ** 2)
     out += _regressions("angular", groups, table, data.angular, angular_sd)
-    out += _run_regression("angular", data.run, data.angular, angular_sd)
+    out += _run_regression("angular", data.at.run, data.angular, angular_sd)
     return sorted(out, key=lambda g: -g.gain)
 
 
@@ -94,11 +94,11 @@ def _friction_by_run(data: LawData, law: Law) -> list[ImpactGain]:
     By the impulse, not by the nominal friction: beside that, those of a run of little friction pass for stuck."""
     friction = np.abs(data.tangential_impulse) / data.normal_impulse
     slid, _ = surely_slid_or_stuck(data, law)
-    slid = _without_gross(friction, data.run, slid)
-    numbers, which = np.unique(data.run[slid], return_inverse=True)
+    slid = _without_gross(friction, data.at.run, slid)
+    numbers, which = np.unique(data.at.run[slid], return_inverse=True)
     if len(numbers) <= FEWEST_RUNS:
         return []
-    run, friction, noise = data.run[slid], friction[slid], (data.tangential_sd / data.normal_impulse)[slid]
+    run, friction, noise = data.at.run[slid], friction[slid], (data.tangential_sd / data.normal_impulse)[slid]
     usual = float(np.median(friction))
     off, weight = friction / usual - 1, 1 / ((noise / usual) ** 2 + MODEL_SHARE**2)
     p = max(_chance_of_runs(off[run != one], weight[run != one], run[run != one]) for one in numbers)

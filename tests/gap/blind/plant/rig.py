@@ -392,7 +392,7 @@ def of_group(group):
 
 def say_what_they_follow(causes, of_each=(6, 5, 2, 3)):
     """Each of a group does, as many of each stage as are stated; none comes twice or is listed; its parameters are
-    told."""
+    in the truth."""
     names = [cause.name for cause in causes]
     assert all(cause.follows for cause in causes) and len(set(names)) == sum(of_each)
     stages = [cause.stage for cause in causes]

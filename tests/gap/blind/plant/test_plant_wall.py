@@ -13,7 +13,7 @@ R = 0.01
 
 
 def test_a_chip_a_turning_liner_and_one_on_springs():
-    """Head-on along x: the disk's middle gets to the told place, at the told time."""
+    """Head-on along x: the disk's middle gets to the returned place, at the returned time."""
 
     def stopped(p, host=STILL):
         return first_contacts(p, host)[0][0]
@@ -48,7 +48,7 @@ def test_a_springy_liners_speed_is_part_of_the_blow():
 
 
 def test_a_strips_joint_and_a_loose_ring():
-    """Head-on along x: the disk's middle gets to the told place."""
+    """Head-on along x: the disk's middle gets to the returned place."""
 
     def stopped(p):
         return first_contacts(p, angle=0.0, duration_s=0.2)[0][:2]
@@ -78,7 +78,7 @@ def test_a_pushed_ring_never_comes_back_upon_the_disk():
 
 
 def test_a_ring_that_slips_and_one_that_is_squashed():
-    """Head-on along x: the disk's middle gets to the told place, at the told time."""
+    """Head-on along x: the disk's middle gets to the returned place, at the returned time."""
     (late,), (approach,), _ = first_contacts(BARE._replace(slipping_m=3.5e-4, slipping_rad=0.4))
     way = 3.5e-4 * (2.0 * (late - 2e-3) / 1.2 - 1.0)
     x = way * np.cos(0.4) + np.sqrt(0.04**2 - (way * np.sin(0.4)) ** 2)
@@ -105,7 +105,7 @@ def test_a_squashed_rings_speed_is_part_of_the_blow_but_a_cylinder_stands():
 
 
 def test_a_refitted_ring_and_an_eccentric_tyre():
-    """Head-on along x: the disk's middle gets to the told place."""
+    """Head-on along x: the disk's middle gets to the returned place."""
     refitted = BARE._replace(refit_x_m=3e-4, refit_y_m=-2e-4)
     assert first_contacts(refitted)[0][0] == pytest.approx(0.01 + 3e-4 + np.sqrt(0.04**2 - 2e-4**2) - 0.04, abs=1e-9)
     # where a rim's middle lies 0.4 mm from the disk's, 0.5 rad beside the contact

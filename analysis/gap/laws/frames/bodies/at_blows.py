@@ -211,8 +211,8 @@ def _found(
         found, p = find_law(rows.problem, rows.columns, asked(rows), rng, most_parts=1)
         if found is None:
             return None
-        told = zip(found.terms, found.coefficients, strict=True)
-        terms = tuple(replace(term, coefficient=float(value)) for term, value in told)
+        fitted = zip(found.terms, found.coefficients, strict=True)
+        terms = tuple(replace(term, coefficient=float(value)) for term, value in fitted)
         law = reported_law(rows, found, p, series.frame)
         rows = first.about(terms)
     return replace(law, size=float(np.sqrt(np.mean(first.off_m(terms) ** 2))), evidence=None)

@@ -125,18 +125,18 @@ def card_rows(fitted: FlightFit) -> CardRows | None:
         return None
     missed = np.array([one.missed for one in meetings])
     limit = MOST_MISSED * np.maximum(1.0, np.quantile(np.abs(missed), USUAL, axis=0))
-    told, own = flights.problem, np.array([one.nuisances for one in meetings])
-    count, shared = 3 * len(meetings), told.nuisances.shape[1]
-    nuisances = np.zeros((len(told.residual) + count, shared + own.shape[2]))
-    nuisances[: len(told.residual), :shared] = told.nuisances
-    nuisances[len(told.residual) :, shared:] = own.reshape(count, -1)
-    last = int(told.block.max()) + 1
+    of_flights, own = flights.problem, np.array([one.nuisances for one in meetings])
+    count, shared = 3 * len(meetings), of_flights.nuisances.shape[1]
+    nuisances = np.zeros((len(of_flights.residual) + count, shared + own.shape[2]))
+    nuisances[: len(of_flights.residual), :shared] = of_flights.nuisances
+    nuisances[len(of_flights.residual) :, shared:] = own.reshape(count, -1)
+    last = int(of_flights.block.max()) + 1
     problem = Regression(
-        np.concatenate([told.residual, np.clip(missed, -limit, limit).reshape(-1)]),
+        np.concatenate([of_flights.residual, np.clip(missed, -limit, limit).reshape(-1)]),
         nuisances,
-        np.concatenate([told.prior, np.zeros(own.shape[2])]),
-        np.concatenate([told.block, last + np.repeat(np.arange(len(meetings)), 3)]),
-        np.concatenate([told.run, np.repeat([one.run for one in meetings], 3)]),
+        np.concatenate([of_flights.prior, np.zeros(own.shape[2])]),
+        np.concatenate([of_flights.block, last + np.repeat(np.arange(len(meetings)), 3)]),
+        np.concatenate([of_flights.run, np.repeat([one.run for one in meetings], 3)]),
     )
     every = tuple(known_frames(fit.run.time_s, fit.run, fit.flights) for fit in fits)
     return CardRows(problem, flights, meetings, every, _frames_of(flights, fits))

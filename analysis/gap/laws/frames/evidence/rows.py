@@ -237,8 +237,8 @@ def _own_of_runs(own: Array, run: Array) -> tuple[tuple[slice, Array], ...]:
     """Orthonormal bases of the columns ``own`` (M, Q) that are not nil in each ``run`` (M,), over its rows."""
     begins = np.flatnonzero(np.diff(run, prepend=-1.0))
     parts = [slice(int(a), int(b)) for a, b in zip(begins, [*begins[1:], len(run)], strict=True)]
-    told = [(rows, own[rows][:, np.any(own[rows] != 0, 0)]) for rows in parts]
-    return tuple((rows, np.linalg.qr(columns)[0]) for rows, columns in told if columns.shape[1])
+    columns_of_runs = [(rows, own[rows][:, np.any(own[rows] != 0, 0)]) for rows in parts]
+    return tuple((rows, np.linalg.qr(columns)[0]) for rows, columns in columns_of_runs if columns.shape[1])
 
 
 def _over_places(x: Array, y: Array, radius_m: float) -> Array:

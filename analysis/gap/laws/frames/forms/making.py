@@ -22,7 +22,7 @@ SWINGS_FADE = (0.3, 1.0)
 
 
 class Rows(Protocol):
-    """What is told of frames: the ``problem`` without a law, what laws ``known`` of each frame (N, KNOWN_SIZE), and the
+    """Rows of frames: the ``problem`` without a law, what laws ``known`` of each frame (N, KNOWN_SIZE), and the
     frame ``at`` (M,) of each row."""
 
     @property

@@ -65,9 +65,9 @@ def test_oil_carries_what_runs():
 
 
 def test_a_bench_warms_in_the_first_runs():
-    shares, told = _numbers("unknown_warming_bench", "bench")
+    shares, truth = _numbers("unknown_warming_bench", "bench")
     cold = np.exp(-np.arange(RUNS) / 3.0)
-    assert shares[:, 0] == pytest.approx(told["bench"] * (cold - cold.mean())) and told["bench"] > 0.0
+    assert shares[:, 0] == pytest.approx(truth["bench"] * (cold - cold.mean())) and truth["bench"] > 0.0
     for share in (0.3, -0.1):
         assert rate_of(SLIDING._replace(bench=share), vx=0.8)[0] == pytest.approx(-G * (1.0 + share), rel=1e-5)
 
@@ -184,10 +184,10 @@ def test_an_oiled_wall_drags_with_the_slip():
 
 
 def test_a_wall_is_cleaned_once():
-    shares, told = _numbers("unknown_cleaned_wall", "cleaned_wall")
-    first = int(told["from_run"]) - 1
+    shares, truth = _numbers("unknown_cleaned_wall", "cleaned_wall")
+    first = int(truth["from_run"]) - 1
     assert 0.3 * RUNS < first < 0.7 * RUNS
-    assert shares[:, 0] == pytest.approx(told["cleaned_wall"] * np.where(np.arange(RUNS) < first, -1.0, 1.0))
+    assert shares[:, 0] == pytest.approx(truth["cleaned_wall"] * np.where(np.arange(RUNS) < first, -1.0, 1.0))
     for share in (0.4, -0.5):  # a disk that slips all along
         out = struck(BARE._replace(cleaned_wall=share), vx=1.0, vy=3.0)
         assert out[3] == pytest.approx(3.0 - 0.15 * (1.0 + share) * 1.7)

@@ -57,10 +57,10 @@ def _both_senses(name, value):
 
 
 def test_a_table_is_levelled_anew_between_two_runs():
-    leans, told = _numbers("unknown_relevelled_table", "levelled_x_m_per_s2", "levelled_y_m_per_s2")
-    first = int(told["from_run"]) - 1
+    leans, truth = _numbers("unknown_relevelled_table", "levelled_x_m_per_s2", "levelled_y_m_per_s2")
+    first = int(truth["from_run"]) - 1
     assert 0.3 * RUNS < first < 0.7 * RUNS
-    at_last = np.array([told["levelled_x_m_per_s2"], told["levelled_y_m_per_s2"]])
+    at_last = np.array([truth["levelled_x_m_per_s2"], truth["levelled_y_m_per_s2"]])
     assert leans[first:] == pytest.approx(np.tile(at_last, (RUNS - first, 1)))
     assert leans[:first] == pytest.approx(np.tile(-at_last, (first, 1)))
     table = FREE._replace(levelled_x_m_per_s2=0.2, levelled_y_m_per_s2=-0.1)
@@ -86,8 +86,8 @@ def test_a_cone_slopes_by_as_much_everywhere():
 
 
 def test_air_is_humid_once_in_the_course_of_a_series():
-    shares, told = _numbers("unknown_humid_day", "humid")
-    expected = told["humid"] * np.sin(2.0 * np.pi * np.arange(RUNS) / RUNS + told["phase_rad"])
+    shares, truth = _numbers("unknown_humid_day", "humid")
+    expected = truth["humid"] * np.sin(2.0 * np.pi * np.arange(RUNS) / RUNS + truth["phase_rad"])
     assert shares[:, 0] == pytest.approx(expected) and shares.mean() == pytest.approx(0.0, abs=1e-12)
     for share in (0.25, -0.2):
         assert rate_of(SLIDING._replace(humid=share), vx=0.8)[0] == pytest.approx(-G * (1.0 + share), rel=1e-5)
@@ -127,8 +127,8 @@ def test_a_washer_yields_beyond_a_speed():
 
 
 def test_a_ring_warms_up_in_the_first_runs():
-    shares, told = _numbers("unknown_warmed_up_ring", "warmed_up")
-    course = told["warmed_up"] * np.exp(-np.arange(RUNS) / 3.0)
+    shares, truth = _numbers("unknown_warmed_up_ring", "warmed_up")
+    course = truth["warmed_up"] * np.exp(-np.arange(RUNS) / 3.0)
     assert shares[:, 0] == pytest.approx(course - course.mean())
     senses = [_numbers("unknown_warmed_up_ring", "warmed_up", seed=seed, runs=3)[0][0, 0] for seed in range(8)]
     assert min(senses) < 0.0 < max(senses)
@@ -143,8 +143,8 @@ def test_no_blow_leaves_more_energy():
 
 
 def test_a_ring_lies_elsewhere_in_each_run():
-    places, told = _numbers("unknown_rebolted_ring", "rebolted_x_m", "rebolted_y_m")
-    assert np.hypot(*places.T) == pytest.approx(np.full(RUNS, told["rebolted_m"]))
+    places, truth = _numbers("unknown_rebolted_ring", "rebolted_x_m", "rebolted_y_m")
+    assert np.hypot(*places.T) == pytest.approx(np.full(RUNS, truth["rebolted_m"]))
     assert places.mean(axis=0) == pytest.approx((0.0, 0.0), abs=1e-12)
     turns = np.diff(np.unwrap(np.arctan2(*places.T[::-1])))
     assert np.ptp(turns) > 0.5  # in no order

@@ -191,8 +191,8 @@ def test_a_ring_goes_on_swinging_where_it_touches_without_a_blow():
 
 
 def test_tape_around_the_rim_has_one_step():
-    """Head-on along x: the disk's middle gets to the told place; the slope is its rate; at its step the contact's lever
-    drives the disk off."""
+    """Head-on along x: the disk's middle gets to the returned place; the slope is its rate; at its step the contact's
+    lever drives the disk off."""
     tape = BARE._replace(lap_m=7e-4, lap_rad=0.2)
     for off in (0.5, -2.0, 3.0):
         more = 0.5 * np.tanh(off / 0.6) - off / (2.0 * np.pi)

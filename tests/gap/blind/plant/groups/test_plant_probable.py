@@ -54,11 +54,11 @@ def test_dust_settles_until_it_is_wiped_off():
     every_seen = set()
     for seed in range(12):
         draft = draft_series("unknown_settling_dust", 1.0, np.random.default_rng(seed), RUNS)
-        told = draft.parameters["unknown_settling_dust"]
-        every = int(told["every"])
+        truth = draft.parameters["unknown_settling_dust"]
+        every = int(truth["every"])
         shares = np.array([physics_of_run(draft, run, DRIVE, 1.2).dusted for run in range(RUNS)])
-        evenly = np.linspace(-told["dusted"], told["dusted"], every)
-        assert shares == pytest.approx(np.tile(evenly, 5)[:RUNS]) and told["dusted"] > 0.0
+        evenly = np.linspace(-truth["dusted"], truth["dusted"], every)
+        assert shares == pytest.approx(np.tile(evenly, 5)[:RUNS]) and truth["dusted"] > 0.0
         every_seen.add(every)
     assert every_seen == {3, 4, 5}
     for share in (0.3, -0.25):

@@ -119,11 +119,11 @@ def test_a_sector_of_the_wall_is_greased():
 
 
 def test_a_wall_is_moist_by_chance():
-    shares, told = _numbers("unknown_moist_wall", "moist")
-    assert shares.mean() == pytest.approx(0.0, abs=1e-12) and shares.std() == pytest.approx(told["moist"])
+    shares, truth = _numbers("unknown_moist_wall", "moist")
+    assert shares.mean() == pytest.approx(0.0, abs=1e-12) and shares.std() == pytest.approx(truth["moist"])
     assert len(set(np.sign(np.diff(shares)))) == 2
-    alone, told = _numbers("unknown_moist_wall", "moist", runs=1)
-    assert abs(alone[0]) == pytest.approx(told["moist"])
+    alone, truth = _numbers("unknown_moist_wall", "moist", runs=1)
+    assert abs(alone[0]) == pytest.approx(truth["moist"])
     for share in (0.4, -0.5):  # a disk that slips all along
         out = struck(BARE._replace(moist=share), vx=1.0, vy=3.0)
         assert out[3] == pytest.approx(3.0 - 0.15 * (1.0 + share) * 1.7)
