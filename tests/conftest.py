@@ -41,6 +41,33 @@ def drawn(count: int) -> settings:
     return settings(max_examples=count if settings().derandomize else 20 * count)
 
 
+def pytest_addoption(parser):
+    """`--all`: the whole suite with its further cases."""
+    parser.addoption("--all", action="store_true", dest="all_cases", help="all tests with all their cases")
+
+
+def pytest_collection_modifyitems(config, items):
+    """The whole suite leaves out further cases; whoever names a file, a folder or a word gets all of it."""
+    named = any(Path(arg.partition("::")[0]).resolve() not in SUITE for arg in config.args)
+    if named or config.option.keyword or config.option.all_cases:
+        return
+    items[:], further = without_further(items)
+    config.hook.pytest_deselected(items=further)
+
+
+def without_further(items: Sequence[pytest.Item]) -> tuple[list[pytest.Item], list[pytest.Item]]:
+    """Without those that are marked `further`, and of a test that is marked `others_further` without all cases but the
+    first; and these.
+    """
+    begun, kept, further = set[str](), list[pytest.Item](), list[pytest.Item]()
+    for item in items:
+        test = item.nodeid.partition("[")[0]
+        another = item.get_closest_marker("others_further") is not None and test in begun
+        begun.add(test)
+        (further if another or item.get_closest_marker("further") is not None else kept).append(item)
+    return kept, further
+
+
 def pytest_collection_finish():
     """What is loaded by now stays: nobody looks through it for circles again."""
     gc.freeze()
@@ -56,6 +83,8 @@ def pytest_xdist_make_scheduler(config, log):
     return WorkStealingScheduling(config, log) if config.getoption("dist") == "load" else None
 
 
+#: what stands for the whole suite
+SUITE = (Path(__file__).resolve().parent, Path(__file__).resolve().parents[1])
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 OFFSET_PX = {"VW1": (0, 1192), "VW2": (0, 900)}
 HOST_LAYOUT_M = np.array(

@@ -81,6 +81,7 @@ def compared(folder):
     return compare_accelerometers(read_table(folder / "motion.parquet", "motion"), read_record(recording), FREQUENCY_HZ)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("seed", [1, 2])
 def test_offset_scale_and_gains_of_a_drive_that_starts(tmp_path, seed):
     """Errors within 4 standard deviations, and these as small as they should be: a phase of noise over amplitude."""
@@ -124,6 +125,7 @@ def test_a_steady_drive_repeats_itself_and_the_start_tells_the_period(tmp_path):
         assert row["error_with_gain_m_per_s2"] < 0.15
 
 
+@pytest.mark.further
 def test_a_record_without_a_clock_and_in_parquet_gives_the_same(tmp_path):
     _, record = write_run(tmp_path, started, np.random.default_rng(5))
     first = compared(tmp_path).channels
@@ -135,6 +137,7 @@ def test_a_record_without_a_clock_and_in_parquet_gives_the_same(tmp_path):
     assert np.allclose(again["gain"], first["gain"], rtol=1e-9, atol=0)
 
 
+@pytest.mark.further
 def test_a_turned_sensor_and_another_runs_record_are_reported(tmp_path):
     motion, record = write_run(tmp_path, started, np.random.default_rng(6))
     turned = record.assign(**{name: -record[name] for name in ("channel 2", "channel 3")})
@@ -169,6 +172,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", FAULTS)
 def test_check_and_run_refuse_the_same(tmp_path, capsys, name):
     _, record = write_run(tmp_path / "run", steady, np.random.default_rng(9), seconds=1.5)
@@ -205,6 +209,7 @@ def test_a_wrong_section_is_refused_with_its_line(tmp_path, old, new, word):
     assert word in str(caught.value)
 
 
+@pytest.mark.further
 def test_tables_and_the_page(tmp_path, capsys):
     write_run(tmp_path / "run", started, np.random.default_rng(10), direction="[0.0, 2.0, 0.0]")
     assert main(["check", str(tmp_path / "run")]) == 0

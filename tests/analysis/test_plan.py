@@ -118,6 +118,7 @@ def test_costs_follow_what_is_asked():
     )
 
 
+@pytest.mark.further
 def test_a_plan_is_what_the_day_of_another_plant_then_gives(tmp_path):
     """One rig of tests/plants, its own laws in the plan; the twenty of its benchmark are in the docs."""
     made = make_series(Spec("ours", noise="white", frames_per_flight=25.0), np.random.default_rng([2308, 3]), 2)

@@ -298,6 +298,7 @@ def must_be(case: Any, found: Judged, truth: dict[str, float]) -> None:
         assert wrong == {}
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_spoiled_motion(case, tmp_path, capsys):
     run = case.make()
@@ -388,6 +389,7 @@ PICTURES = [
 ]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("case", PICTURES, ids=lambda case: case.name)
 def test_spoiled_pictures(case, tmp_path, capsys):
     place = tmp_path / "run-01"
@@ -410,6 +412,7 @@ def test_spoiled_pictures(case, tmp_path, capsys):
     )
 
 
+@pytest.mark.further
 def test_one_tilted_run_spoils_the_joint_answer_and_is_said(tmp_path, capsys):
     """The table was tilted in the second of three runs: that run's tilt is fitted along, and the series says that one
     law does not do for all.

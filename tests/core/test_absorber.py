@@ -45,6 +45,7 @@ def test_energy_adds_up_and_the_bare_host_decays_as_it_must():
     assert found.pumped_j[-1] > 0.1 * first
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("both", [False, True])
 def test_response_of_a_disk_too_light_to_matter_is_the_bare_one(both):
     """In one and in two directions, with Farkas friction on its floor: 1e-4 for a disk of 1e-6 of the Host's mass."""
@@ -57,6 +58,7 @@ def test_response_of_a_disk_too_light_to_matter_is_the_bare_one(both):
     assert found.bare_m[1, 0] == pytest.approx(0.002 * math.hypot(1, 0.02) / 0.02, rel=1e-12)
 
 
+@pytest.mark.further
 def test_response_of_a_disk_that_sticks_is_that_of_one_mass():
     """Farkas friction too strong to slip on: a Host heavier by the disk, to what the regularised law lets it creep."""
     small = changed(HOST, "drive_amplitude_factor", 0.02)
@@ -104,6 +106,7 @@ def test_tuned_mass_damper_of_den_hartog():
     )
 
 
+@pytest.mark.further
 def test_a_design_finds_the_better_mass():
     """A range of masses from none to 8 % of the Host's: the heavier ones win, and beat the Host alone."""
     found = design(
@@ -116,6 +119,7 @@ def test_a_design_finds_the_better_mass():
     assert found.damper_m < found.bare_m and found.damper[0].mass_kg == designed(HOST, best.numbers).nes.mass_kg
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("call", "word"),
     [

@@ -81,6 +81,7 @@ def _inlined(tree):
     }
 
 
+@pytest.mark.further
 def test_python_calls_nothing_that_is_inlined():
     """What is inlined is not kept on the disk: Python would compile it anew in every process, seconds each time."""
     sources = {

@@ -57,12 +57,14 @@ def test_unknown_names_are_refused():
         simulate_ensemble(SHORT, 2, {"nes_q": 1.0}, np.random.default_rng(0))
 
 
+@pytest.mark.further
 def test_a_contact_at_the_very_start_of_a_step_goes_on():
     """Run 16 of these 200 met its 10th impact there, and was lost; all slide along the wall before they end."""
     many = simulate_ensemble(named_scenario("rig"), 200, {"nes_x_m": 1e-5, "nes_y_m": 1e-5}, np.random.default_rng(0))
     assert np.isfinite(many.final_state).all() and set(many.n_impacts) == {50} and set(many.n_contacts) == {1}
 
 
+@pytest.mark.further
 def test_a_real_cluster_that_loses_a_worker_gives_the_same():
     """A local scheduler with two worker processes; one is killed while it works."""
     distributed = pytest.importorskip("distributed")

@@ -64,6 +64,7 @@ def kept(kernel) -> bool:
     return bool(list(index.parent.glob(index.name.removesuffix(".nbi") + ".*.nbc")))
 
 
+@pytest.mark.further
 def test_only_what_python_calls_is_kept_on_disk(kernels):
     helper, middle, outer = kernels()
     assert outer(X) == 9.0
@@ -71,6 +72,7 @@ def test_only_what_python_calls_is_kept_on_disk(kernels):
     assert middle(X) == 6.0 and kept(middle)  # Python calls it too
 
 
+@pytest.mark.further
 def test_what_the_disk_has_is_loaded_and_says_the_same(kernels):
     first = kernels()
     said = first[2](X), first[0](X)
@@ -85,6 +87,7 @@ def test_a_constant_makes_no_version_of_its_own(kernels):
     assert len(kernels_of_module["power"].overloads) == 1
 
 
+@pytest.mark.further
 def test_a_helper_from_the_disk_is_lowered_anew_inside_a_kernel(kernels):
     """What stands in a kernel must not depend on what was compiled before it."""
     helper, _, outer = kernels()
@@ -100,6 +103,7 @@ def test_a_helpers_exception_comes_out(kernels):
         outer(np.zeros(200))
 
 
+@pytest.mark.further
 def test_levels_of_optimisation_are_the_kernels_own_and_never_above_what_is_asked_for(kernels, monkeypatch):
     """numba's is what it was, for whatever else is compiled; NUMBA_OPT=0 is for who looks for a mistake."""
     before, seen, builder = config.OPT, [], Codegen._pass_builder
@@ -116,6 +120,7 @@ def test_levels_of_optimisation_are_the_kernels_own_and_never_above_what_is_aske
     assert kernels()[0](np.arange(5)) == 3.0 and {int(level) for level in seen} == {0}
 
 
+@pytest.mark.further
 def test_numbas_own_functions_call_kernels_and_share_its_library(kernels):
     _, _, outer = kernels()
 
@@ -127,6 +132,7 @@ def test_numbas_own_functions_call_kernels_and_share_its_library(kernels):
     assert foreign(X) == 11.0
 
 
+@pytest.mark.further
 def test_two_processes_compile_a_kernel_once(kernels, tmp_path):
     """The second waits for the first, then loads what that one has kept."""
     kernels()

@@ -39,6 +39,7 @@ def test_closed_form_of_the_impact_oscillator():
     assert orbit.stable and orbit.period_s == pytest.approx(2 * math.pi / 2.2)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("over", ["drive_frequency_factor", "restitution", "drive_amplitude_factor"])
 def test_curves_of_the_impact_oscillator(over):
     """Followed over frequency, restitution and amplitude: every orbit's speed as in closed form (issue 22: 1 %)."""
@@ -85,6 +86,7 @@ def subharmonic(omega, n, sigma, between):
     return omega * np.array([orbit.value for orbit in branch.orbits]), traces
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("n", "omega", "low", "high"), [(1, 2.0, 1.2, 2.7), (2, 4.0, 3.3, 4.7), (3, 6.0, 5.3, 6.7)])
 def test_subharmonics_double_their_period_where_shaw_and_holmes_say(n, omega, low, high):
     """Period 1, 2 and 3 with one impact: the multipliers along each branch, and where the first passes -1."""
@@ -97,6 +99,7 @@ def test_subharmonics_double_their_period_where_shaw_and_holmes_say(n, omega, lo
     assert sorted(found) == pytest.approx(right, rel=2e-3)  # between two orbits in a straight line; issue 22: 1 %
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("n", "sigma", "low", "omega", "high"),
     [(1, 0.45, 1.8, 1.9, 1.98), (2, 0.3, 3.4, 3.6, 3.9), (3, 0.3, 5.0, 5.2, 5.7)],
@@ -169,6 +172,7 @@ def impact_map_exponent(omega, restitution, impacts):
     return means.mean() * per_second, means.std(ddof=1) / math.sqrt(10) * per_second
 
 
+@pytest.mark.further
 def test_exponent_of_a_chaotic_impact_oscillator_by_its_map():
     """The same attractor by the map from impact to impact, written apart: exponents agree within their scatter."""
     scenario = replace(changed(OSCILLATOR, "drive_frequency_factor", 2.8 / 2.2), duration_s=6000.0)
@@ -213,6 +217,7 @@ def ball(acceleration_g, restitution, bounces_s):
     )  # fmt: skip
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("acceleration_g", [2.5, 5.0])
 def test_bouncing_ball_has_the_exponent_of_the_standard_map(acceleration_g):
     """Elastic and high, the ball's impacts are Chirikov's map with K = 4 A w^2/g, whose exponent is ln(K/2) per impact

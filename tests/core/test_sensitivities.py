@@ -120,6 +120,7 @@ SMOOTH = {
 }  # fmt: skip
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", list(SMOOTH))
 def test_against_differences_in_50_digits(name):
     """Every derivative of state and impact times within 1e-8 of the largest of its column, through up to 8 impacts."""
@@ -172,6 +173,7 @@ def test_coulomb_stop_in_closed_form():
         assert found.by[-1, 2] == pytest.approx([float(by_speed), float(by_friction)], rel=1e-8, abs=1e-8)
 
 
+@pytest.mark.further
 def test_slopes_of_the_floor_friction():
     """Farkas' slopes and the whole friction against differences in 40 digits of the elliptic forms."""
     mp.mp.dps = 40
@@ -273,6 +275,7 @@ def moved(scenario, name, by):
 UNITS = np.array([1.0, 1.0, 10.0, 10.0, 10.0, 100.0])  # m, m/s, rad, rad/s that weigh alike
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("case", list(PLAIN))
 def test_against_differences_of_plain_runs(case):
     """Friction, contact, every kind of Host: what is left is the differences' own error, so that the best of four steps

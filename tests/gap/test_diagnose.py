@@ -108,6 +108,7 @@ def test_a_listed_cause_beside_an_unlisted_one_both_are_answered(tmp_path, witho
     assert summary["gap"]["left_p"] < 0.01 and summary["gap"]["shrinkage"] < 1
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("number", "listed"),
     [
@@ -124,6 +125,7 @@ def test_three_causes_are_all_named(tmp_path, number, listed):
     assert sum(one["shrinkage"] for one in gap["by_effect"].values()) == pytest.approx(gap["shrinkage"], abs=0.1)
 
 
+@pytest.mark.further
 def test_what_no_name_is_left_for_is_unknown_in_the_right_place(tmp_path):
     """A force that nobody listed, and two effects that are withheld from the library, each in its stage."""
     withheld = ("wall_ellipticity", "host_recoil")

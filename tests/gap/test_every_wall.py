@@ -27,6 +27,7 @@ MOST_SD = 0.1
 NOMINAL = ("restitution", "wall_friction", "tangential_restitution", "floor_friction", "restitution_scatter")
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("wall", "effect", "noise", "rows", "flights"),
     [
@@ -125,6 +126,7 @@ def _on_springs(folder: Path, mass_kg: float, runs: int) -> None:
         (run / "recording.toml").write_text(RECORDING)
 
 
+@pytest.mark.further
 def test_a_sprung_host_is_followed_as_measured_and_reported_as_one_that_gives_way(tmp_path):
     """No cause is named but the Host's giving way, with its true mass.  Its velocity steps at an impact, its path does
     not: restitution is that of the mean of both (docs/identification.md, which also says what is left out)."""

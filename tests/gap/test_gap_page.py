@@ -129,11 +129,13 @@ def test_what_a_written_law_predicts_is_no_noise(tilted):
     assert blind > 3 * noise and knowing == pytest.approx(noise, rel=0.1)
 
 
+@pytest.mark.further
 def test_every_figure_is_there_and_the_page_is_light(page):
     assert figures_of(page) >= {*FIGURES, "gap-flights-table-tilt"}
     assert len(page.render()) < 4e6
 
 
+@pytest.mark.further
 def test_page_in_a_browser(page, browse):  # noqa: F811
     seen = browse(page.render(), 400)
     assert seen.console == [] and seen.fetched == []
@@ -177,6 +179,7 @@ def test_motion_alone_gives_named_gaps(tilted, without_next_test):
     page.render()
 
 
+@pytest.mark.further
 def test_unknown_is_said_with_what_it_goes_with(tilted):
     """The page of an unknown: made from a diagnosis whose structure is put there by hand, because only its words are
     tested.

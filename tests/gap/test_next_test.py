@@ -67,6 +67,7 @@ def drag(quiet):
     return law, tests
 
 
+@pytest.mark.further
 def test_a_faster_disk_separates_a_square_from_a_line(drag):
     """At half the level the disk is slower than as recorded, and its drag less than half of what it was; so it is of a
     launch at 0.5 m/s and one at 2 m/s: by more than their errors."""
@@ -82,6 +83,7 @@ def test_a_faster_disk_separates_a_square_from_a_line(drag):
     assert all(0 < one.error < one.sd for one in tests.settings if one.sd > LEAST_SEPARATION)
 
 
+@pytest.mark.further
 def test_what_is_promised_is_what_a_repeat_shows(quiet, drag):
     """Recordings in the setting recommended, with noise: how much better their own fit is with the law than with the
     other formula, both with free sizes, against the separation promised."""
@@ -117,6 +119,7 @@ def test_a_law_of_the_impacts_is_separated_where_it_acts(quiet):
     assert by_setting["the Host at rest and the disk launched at 2 m/s without spin"] < 0.5 * by_setting[AS_RECORDED]
 
 
+@pytest.mark.further
 def test_a_formula_that_holds_the_law_is_passed_over_for_one_that_can_be_told_apart(quiet, drag, two_beginnings):
     """Twice the same is no question for another setting; alone it stays the answer that no setting tells."""
     _, tests = drag
@@ -152,6 +155,7 @@ def test_without_another_formula_the_words_say_why(quiet):
     assert why_no_setting(replace(left, stage="measurement"), (), None) == ""
 
 
+@pytest.mark.further
 def test_what_is_open_comes_first(quiet, two_beginnings, monkeypatch):
     """An effect that another explains as well, then a law, then any effect that has a rival, the first or not."""
     asked = []

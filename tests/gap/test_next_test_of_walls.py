@@ -84,6 +84,7 @@ def dented(quiet):
     return law, tests, {one.setting: one for one in tests.settings}
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("setting", [AS_RECORDED, SOFT, AT_REST])
 def test_what_is_promised_of_a_wall_is_what_a_repeat_shows(quiet, dented, setting):
     """The dent is in the simulated wall, and the recordings have noise."""
@@ -115,6 +116,7 @@ def test_the_setting_that_meets_the_wall_most_says_most_of_its_shape(dented):
     assert tests.law == "law-1.toml" and tests.words().startswith("More recordings as these serve")
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("setting", [AS_RECORDED, SOFT])
 def test_what_is_promised_of_a_disk_that_is_not_round_is_what_the_plant_shows(quiet, tmp_path, monkeypatch, setting):
     """The simulator has no such disk: its law moves the contacts that were simulated without it.  The plant has it, and
@@ -210,7 +212,7 @@ def test_the_test_by_hand_names_what_the_law_follows(quiet, dented):
     assert "goes with nothing that was tested" in action and "Change that" not in action
 
 
-def test_formulas_of_cameras_and_markers_are_told_on_the_bench():
+def test_formulas_of_cameras_and_markers_are_separated_on_the_bench():
     """A marker that goes with the Host's acceleration or its velocity."""
     bent, other = (Term("host_marker", 1e-5, (Factor(name, x=0.2),), 2.0, 0.3) for name in FOLLOWED)
     left = Structure("measurement", "all", "x", "marker H3, which moves", 3.0, 50.0, 1e-4, "m", 1e-5)

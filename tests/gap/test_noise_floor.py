@@ -18,6 +18,7 @@ SD, FRAMES = 2e-5, 24_000
 STILL = HostMotion(np.zeros((4, 1)), 0.0, 0.0, np.zeros(4), 0.0, np.zeros((0, 4)))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
 def test_the_floor_is_the_noise_itself(correlation):
     """A thousand pieces of a bent path: their mean square to 6 %, six sds of as many pieces' under the strongest."""

@@ -80,6 +80,7 @@ def test_sizes_reported_are_those_of_identification_with_the_same_names(diagnose
             assert abs(value - true) < 3.5 * sd < 0.4 * abs(true), (cause.effect, name, value, sd, true)
 
 
+@pytest.mark.further
 def test_the_written_model_identifies_to_what_the_diagnosis_found(diagnosed):
     series, _, estimates, written, _ = diagnosed
     table, _ = identify_series(world_motions(series), stating(series.recordings, written))
@@ -108,6 +109,7 @@ def test_a_comparison_simulates_what_was_identified(diagnosed):
     assert scenario.impact.restitution == pytest.approx(written.restitution, rel=1e-5)
 
 
+@pytest.mark.further
 def test_what_was_missing_first_is_reported_beside_what_came_later(loaded):
     """The coupling of a friction that knows no spin in the model, under a drag: reported as it was found, without the
     drag, it was a twentieth off, and judged so it was not found under a strong one."""

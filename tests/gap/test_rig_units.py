@@ -19,6 +19,7 @@ from tests.gap.conftest import brought
 pytestmark = pytest.mark.usefixtures("without_next_test")
 
 
+@pytest.mark.further
 def test_a_small_rigs_wall_off_its_centre_is_named(tmp_path):
     """A third of the usual rig: 0.1 mm, below which the usual rig's is placement, is three times as much here."""
     small = make_series("wall_centre_offset", 0.6, np.random.default_rng(3), 2, "white", place=Place(scale=0.3))
@@ -32,6 +33,7 @@ def test_a_small_rigs_wall_off_its_centre_is_named(tmp_path):
         assert summary["parameters"]["wall_centre_offset"][name]["value"] == pytest.approx(value, abs=1.5e-5)
 
 
+@pytest.mark.further
 def test_an_inertia_is_judged_by_flights_that_hold_the_drag(shared, tmp_path):
     """Practice 25: flights without their air drag make its impulses turn the disk by 4 % too little."""
     runs = read_series(shared / "practice" / "practice-25")[:4]

@@ -1,4 +1,4 @@
-"""What no linter here asks of the code's form: stated tolerances, and few arguments."""
+"""What no linter here asks of the code's form: stated tolerances, few arguments, and what runs by default."""
 
 from __future__ import annotations
 
@@ -6,11 +6,15 @@ import ast
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+
+from tests.conftest import without_further
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("ovines", "vision", "analysis")
 COMPARISONS, TOLERANCES = ("allclose", "assert_allclose", "isclose"), {"rtol", "atol", "rel_tol", "abs_tol"}
 MOST_PARAMETERS = 8
+LEFT_OUT = ("pytest.mark.further", "pytest.mark.long")
 
 
 @cache
@@ -43,3 +47,25 @@ def test_no_function_takes_many_parameters():
     functions = [node for top in PACKAGES for tree in trees(top).values() for node in ast.walk(tree)]
     counts = [(node.name, parameters(node)) for node in functions if isinstance(node, ast.FunctionDef)]
     assert [(name, count) for name, count in counts if count > MOST_PARAMETERS] == []
+
+
+def test_of_further_cases_the_whole_suite_takes_the_first():
+    def item(name: str, *marks: str) -> SimpleNamespace:
+        return SimpleNamespace(nodeid=name, get_closest_marker=lambda mark: mark if mark in marks else None)
+
+    items = [
+        *(item(f"a.py::one[{case}]", "others_further") for case in range(3)), item("a.py::two", "further"),
+        item("b.py::one[0]", "others_further"), *(item(f"b.py::two[{case}]") for case in range(2)),
+    ]  # fmt: skip
+    left = [one.nodeid for one in without_further(items)[1]]  # type: ignore
+    assert left == ["a.py::one[1]", "a.py::one[2]", "a.py::two"]
+
+
+def test_every_file_of_tests_asks_something_by_default():
+    """Further cases stand beside one that the whole suite runs; but for two files of what takes minutes."""
+    silent = []
+    for path, tree in trees("tests").items():
+        asked = [one for one in tree.body if isinstance(one, ast.FunctionDef) and one.name.startswith("test_")]
+        if asked and all(any(mark in LEFT_OUT for mark in map(ast.unparse, one.decorator_list)) for one in asked):
+            silent.append(path.name)
+    assert silent == ["test_coverage.py", "test_calibrate_real.py"]

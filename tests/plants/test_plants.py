@@ -79,6 +79,7 @@ def test_friction_of_a_sliding_and_spinning_disk_is_the_integral_over_its_area()
         )  # the area sum's own error at the disk's resting point
 
 
+@pytest.mark.further
 def test_ten_thousand_impacts_keep_the_law_and_none_makes_energy():
     rng, inertia, radius = np.random.default_rng(3), 0.5 * 0.01**2, 0.01
     slides = 0
@@ -160,6 +161,7 @@ def test_a_host_that_recoils_takes_the_momentum():
     assert host_at(impacts[0, 0] + 1e-9, lines)[1][0] == pytest.approx(1e-3 * (1.5 - nodes[-1, 4]), rel=1e-6)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("law", LAWS)
 def test_no_law_leaves_the_ring_or_tells_another_truth_than_it_followed(law):
     _, motion, truth = make_recording(Spec(law, periods=4.0, noise="white", at_origin=True), np.random.default_rng(5))

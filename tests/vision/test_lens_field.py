@@ -123,6 +123,7 @@ def left_px(rig, found, put):
     return *rms, dict(zip(OPEN_TERMS, open_terms, strict=True))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("correlation", [0.0, CORRELATION])
 def test_the_field_is_found_and_open_terms_are_within_their_sds(rig, correlation):
     found = learnt(rig, filmed(rig, 0.25, correlation=correlation))
@@ -133,6 +134,7 @@ def test_the_field_is_found_and_open_terms_are_within_their_sds(rig, correlation
     assert max(abs(open_terms[name]) / sd[name] for name in ("scale", "plane_along", "plane_across")) < 3.5
 
 
+@pytest.mark.further
 def test_correlated_noise_is_seen_and_makes_the_field_less_sure(rig):
     white, red = (learnt(rig, filmed(rig, 0.25, correlation=one)).terms.set_index("term") for one in (0.0, CORRELATION))
     noise = "noise_over_sd"
@@ -141,6 +143,7 @@ def test_correlated_noise_is_seen_and_makes_the_field_less_sure(rig):
     assert 0.75 * expected < red.loc[noise, "value"] < 1.2 * expected
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("loose", "size"), [(0.02, 0.0), (0.006, 0.0), (0.02, 0.25), (0.006, 0.25)])
 def test_a_marker_that_moves_on_its_body_is_no_lens(rig, loose, size):
     """It is reported, whatever the others need: nothing, or the field that is there."""
@@ -157,6 +160,7 @@ def test_a_loose_marker_of_three_leaves_nothing_to_learn_from(rig):
     assert found.field is None and len(found.loose) == 1 and "too few other markers" in found.note
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("correlation", [0.0, CORRELATION])
 def test_nothing_is_learnt_where_the_lens_leaves_nothing(rig, correlation):
     found = learnt(rig, filmed(rig, 0.0, correlation=correlation, seed=3))
@@ -231,6 +235,7 @@ def test_the_calibrations_part_of_the_prior_is_what_its_parameters_do_to_picture
     assert not calibration_part(lattices, cameras, None, height_m).any()
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("parameter", "sd"), [("k1", 0.05), ("p1", 1e-3)])
 def test_a_lens_that_the_calibration_knows_badly_is_found_by_its_covariance(rig, parameter, sd, monkeypatch):
     """Two of its sds off, in one camera: the covariance says which field to look for, open terms included; without one
@@ -265,6 +270,7 @@ def test_few_frames_one_body_or_one_camera_change_nothing(rig):
     assert learn_lens_field([], [], cameras).field is None
 
 
+@pytest.mark.further
 def test_order_of_cameras_runs_and_rows_does_not_matter(rig):
     recording, cameras = rig
     tracks = filmed(rig, 0.25)
@@ -275,6 +281,7 @@ def test_order_of_cameras_runs_and_rows_does_not_matter(rig):
         assert np.allclose(first[column], second[column], atol=1e-6)
 
 
+@pytest.mark.further
 def test_the_worlds_origin_and_turn_do_not_matter(rig):
     recording, cameras = rig
     tracks = filmed(rig, 0.25)
@@ -292,6 +299,7 @@ def test_the_worlds_origin_and_turn_do_not_matter(rig):
         assert after[name] == pytest.approx(before[name], abs=1e-5)
 
 
+@pytest.mark.further
 def test_a_tilted_plane_is_left_to_the_diagnosis(rig):
     """A field that is learnt beside a tilt holds nothing of it."""
     recording, cameras = rig
@@ -306,6 +314,7 @@ def test_a_tilted_plane_is_left_to_the_diagnosis(rig):
         assert abs(tilted.loc[name, "value"] - level.loc[name, "value"]) < 0.5 * level.loc[name, "sd"]
 
 
+@pytest.mark.further
 def test_points_of_a_recording_are_corrected_by_its_field(rig):
     recording, cameras = rig
     tracks = filmed(rig, 0.25)
@@ -330,6 +339,7 @@ def test_a_camera_with_a_field_projects_where_it_looks(rig):
     assert np.isnan(field.at([np.nan, 3.0])).sum() == 0
 
 
+@pytest.mark.further
 def test_what_a_calibrations_spline_says_is_not_learnt_again(rig):
     recording, plain = rig
     bent = with_splines(plain)

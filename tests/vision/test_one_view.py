@@ -77,6 +77,7 @@ def errors(motion: pd.DataFrame, truth: pd.DataFrame, column: str, sd: str) -> n
     return np.asarray((off - off.mean()) / motion[sd].to_numpy(float))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("placed_sd_m", [0.0, 1e-4])
 def test_places_and_sds_of_one_camera(tmp_path, placed_sd_m):
     """Over four rigs the errors are what the sds say, within 20 %: 4 rigs x 160 frames hold an rms to 5 %, heights
@@ -193,6 +194,7 @@ def test_one_camera_without_heights_is_refused(tmp_path):
 CORNERS = np.array([[-0.1, -0.08, 0.0], [0.1, -0.08, 0.0], [0.1, 0.08, 0.0], [-0.1, 0.08, 0.0]])
 
 
+@pytest.mark.further
 def test_a_camera_from_known_points():
     """Exact pixels give the camera back where the lens is what the prior means; with noise the covariance says what is
     left (rms over 16 draws between 0.5 and 1.3: the lens' prior is wide for a straight one)."""
@@ -214,6 +216,7 @@ def test_a_camera_from_known_points():
     assert 0.5 < np.sqrt(np.mean(np.square(over))) < 1.3
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -230,6 +233,7 @@ def test_known_points_that_cannot_be(change, words):
         camera_of_known_points("A", camera.sensor_size_px, uv, xyz, np.full(len(uv), 0.3))
 
 
+@pytest.mark.further
 def test_a_search_that_finds_no_camera_ends(monkeypatch):
     """Places that are exchanged have no camera: the search for one had gone on for a thousand evaluations from each
     start; those of a camera that is there need a fifth of what they may."""

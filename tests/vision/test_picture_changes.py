@@ -50,6 +50,7 @@ def bent(rig, tracks: list[pd.DataFrame], target: str, value: float, direction: 
     return out
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("target", "value", "direction"), CASES, ids=[case[0] for case in CASES])
 def test_a_change_is_found_with_its_size_and_the_field_is_whole(rig, target, value, direction):
     """Beside correlated noise; the scale and the tilt that the change makes are in the field, too."""
@@ -96,6 +97,7 @@ def bowed(per_m2, place_m):
     return measured
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("share", "direction_rad"), [(0.004, 0.5), (-0.004, 2.2)])
 @pytest.mark.parametrize("size_px", [0.0, 0.2])
 def test_boards_that_are_longer_one_way(rig, share, direction_rad, size_px):
@@ -110,6 +112,7 @@ def test_boards_that_are_longer_one_way(rig, share, direction_rad, size_px):
     assert found.terms.set_index("term").loc["board_stretch_direction_rad", "value"] == one.direction_rad
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("place_m", [(0.0, 0.0), (0.02, -0.01)])
 def test_boards_that_were_bowed(rig, place_m):
     found = learnt(rig, by_boards(rig, 0.0, bowed(1.2, place_m)))
@@ -146,12 +149,14 @@ def test_the_world_s_axes_do_not_matter_to_a_board(rig):
     np.testing.assert_allclose((camera.project(moved) - camera.project(points)) / step, bent, rtol=1e-3, atol=0.05)
 
 
+@pytest.mark.further
 def test_a_change_beside_a_lens_that_is_not_exact(rig):
     found = learnt(rig, bent(rig, filmed(rig, 0.25), RADIAL, 2e-8, 0.0))
     (one,) = found.changes
     assert one.target == RADIAL and one.value == pytest.approx(2e-8, rel=0.25)
 
 
+@pytest.mark.further
 def test_a_large_change_makes_no_marker_loose(rig):
     """It stretches the picture by more than a lens does that nobody has touched, whichever markers show it."""
     found = learnt(rig, bent(rig, filmed(rig, 0.0, correlation=CORRELATION), RADIAL, 1e-7, 0.0))
@@ -159,6 +164,7 @@ def test_a_large_change_makes_no_marker_loose(rig):
     assert found.changes[0].value == pytest.approx(1e-7, rel=0.03)
 
 
+@pytest.mark.further
 def test_a_single_run_is_held_out_by_its_halves_and_one_of_a_frame_says_nothing(rig):
     tracks = bent(rig, filmed(rig, 0.0), RADIAL, 4e-8, 0.0)
     (one,) = learnt(rig, tracks[:1]).changes
@@ -169,6 +175,7 @@ def test_a_single_run_is_held_out_by_its_halves_and_one_of_a_frame_says_nothing(
     ]
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("size", "seed"), [(0.0, 0), (0.2, 1), (0.4, 2)])
 def test_no_change_where_nothing_has_happened(rig, size, seed):
     found = learnt(rig, filmed(rig, size, correlation=CORRELATION, seed=seed))
@@ -176,11 +183,13 @@ def test_no_change_where_nothing_has_happened(rig, size, seed):
     assert not any(":" in term for term in found.terms["term"])
 
 
+@pytest.mark.further
 def test_a_loose_marker_is_no_change(rig):
     found = learnt(rig, filmed(rig, 0.0, loose=0.02))
     assert found.loose == ("H2",) and found.changes == ()
 
 
+@pytest.mark.further
 def test_order_of_cameras_and_runs_does_not_matter(rig):
     tracks = bent(rig, filmed(rig, 0.0), RADIAL, 2e-8, 0.0)
     first = learnt(rig, tracks)

@@ -69,6 +69,7 @@ def true_points(truth):
     return truth.drop_duplicates(["frame", "marker"]).set_index(["frame", "marker"])[["x_m", "y_m", "z_m"]]
 
 
+@pytest.mark.further
 def test_all_three_are_calibrated_and_tracked(film):
     setup, truth, out = film
     cameras = {camera.name: camera for camera in read_calibration(out / "calibration.json")}

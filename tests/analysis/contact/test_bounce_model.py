@@ -40,6 +40,7 @@ def sequence(start, times, **rig):
     return path.records[:count], settled, path.states
 
 
+@pytest.mark.further
 def test_impacts_come_where_straight_flights_intersect():
     records, _, out = sequence([0, 0, 0, 1, 0, 0], np.arange(0.0, 0.5, 1 / 800))
     place, moment, speed = 0.0, 0.0, 1.0

@@ -128,6 +128,7 @@ def test_the_tangential_fit_ends_where_the_likelihood_is_greatest(count):
     assert min(grid) > least - 1e-3
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("slip", [(0.0, 0.1), (0.0, 2.0)])
 def test_impacts_that_turn_all_slip_back_determine_it(slip, monkeypatch):
     """beta_0 = 1 is where the range ends, not a side that the data leave open (thesis Table 14)."""
@@ -188,6 +189,7 @@ def covered(seeds: range, count: int) -> np.ndarray:
     return np.mean(hits, 0)
 
 
+@pytest.mark.further
 def test_intervals_hold_the_truth_as_often_as_they_say():
     # 30 series: 90 % +- 5.5 %; intervals half as wide hold the truth in 60 %.
     share = covered(range(1000, 1030), 25)
@@ -215,6 +217,7 @@ def test_one_impact_that_slides_shows_no_scatter_but_the_others_do(scatter):
     assert friction.sd < (1e-3 if scatter == 0.0 else 0.03)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("sliding", [2, 6])
 def test_a_few_that_slide_scatter_whatever_the_many_that_stick_say(sliding):
     """Friction that differs by 2 % from impact to impact, beside forty sticking impacts that follow the law exactly:

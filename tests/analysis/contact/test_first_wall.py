@@ -34,6 +34,7 @@ def in_host(series, truth):
     return np.array([np.cos(t) * world[0] - np.sin(t) * world[1], np.sin(t) * world[0] + np.cos(t) * world[1]])
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("wall", "runs"), [("round", 2), ("square", 4)])
 def test_rebounds_show_where_the_wall_stands(wall, runs, tmp_path):
     series, truth = series_of("wall_centre_offset", 1.0, tmp_path, runs, place=Place(wall=wall))
@@ -53,6 +54,7 @@ def test_a_wall_in_its_place_is_left_there(tmp_path):
     assert abs(distance_m) < 0.3 * CONTACT_MARGIN_M
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("effect", "term"), [("wall_ellipticity", "ellipse"), ("wall_lobes", "lobes")])
 def test_rebounds_show_how_the_wall_is_shaped(effect, term, tmp_path):
     series, truth = series_of(effect, 1.0, tmp_path, runs=3)
@@ -83,6 +85,7 @@ def test_a_disk_that_smears_reaches_no_farther(tmp_path):
     assert abs(reached_wall(smeared).size_m - datas[0].wall.size_m) < CONTACT_MARGIN_M
 
 
+@pytest.mark.further
 def test_rolling_along_a_wall_off_its_place_is_no_row_of_impacts(tmp_path):
     """Eight runs, a wall 0.35 mm off: three rolling contacts were taken for impacts of 0.9 m/s, and restitution
     was said to scatter by 0.055.
@@ -93,6 +96,7 @@ def test_rolling_along_a_wall_off_its_place_is_no_row_of_impacts(tmp_path):
     assert ladder.impacts.fitted is not None and ladder.impacts.fitted.law.scatter < 0.033  # the plant's own: 0.03
 
 
+@pytest.mark.further
 def test_rolling_along_an_oval_wall_is_no_impact(tmp_path):
     """A chord of its path was an impact of a restitution of one; a row of them made a soft spot."""
     series, _ = series_of("wall_ellipticity", 1.2, tmp_path, runs=3, seed=2)

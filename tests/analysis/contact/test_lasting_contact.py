@@ -39,6 +39,7 @@ def integrated(stiffness, stopping, decay, friction=0.17, duration=8e-4, approac
     return slip / whole, end.y[4, -1] / whole, -end.y[1, -1] / approach
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("stiffness", [0.3, 1.0, 2.4])
 @pytest.mark.parametrize("decay", [0.15, 0.6])
 def test_the_share_is_that_of_an_integration(stiffness, decay):

@@ -101,6 +101,7 @@ def inside(request, tmp_path_factory):
     return made, series, motions, *identify_series(motions, series)
 
 
+@pytest.mark.further
 def test_every_impact_is_found_on_its_surface_and_none_is_invented(inside):
     made, _, _, _, identified = inside
     for run, found in zip(made, identified, strict=True):

@@ -79,6 +79,7 @@ def by_difference(at, place, h, in_state):
     return (ends[0] - ends[1]) / (2 * h)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("middle", [(0.0, 0.0), (7e-4, -4e-4)], ids=["middle", "off the middle"])
 @pytest.mark.parametrize("law", [NO_LAW, LAW], ids=["no law", "law"])
 @pytest.mark.parametrize("slow", [0.0, 3e-3, 1e-4])

@@ -23,6 +23,7 @@ RUNS = {"small line": 2, "recoil": 2}  # what they add is small: one run of it p
 FARTHEST_SDS = 2.5
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", SPECS)
 def test_any_drive_is_ordinary(name, tmp_path):
     made = make_series(SPECS[name], np.random.default_rng([19, list(SPECS).index(name)]), RUNS.get(name, 1))

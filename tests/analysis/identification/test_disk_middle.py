@@ -68,6 +68,7 @@ def unbalanced(tmp_path_factory):
     return series, made.truth["plant"]
 
 
+@pytest.mark.further
 def test_identify_holds_the_torque_of_the_floor(unbalanced):
     """Of a plant that shares no code: the friction within 4 sds of a thousandth at most (a hundredth without the
     torque, which was reported as something that acts on the disk)."""

@@ -208,6 +208,7 @@ POOR = {
 }
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("case", POOR)
 def test_poor_data_give_tables_and_no_warning(case, driven, recording):
     with warnings.catch_warnings():
@@ -303,6 +304,7 @@ def test_lengths_that_are_off_are_reported_and_do_not_bend_the_law(driven, recor
     assert missed_and_false(found.impacts, driven[1], driven[0]["time_s"].max())[1] == []
 
 
+@pytest.mark.further
 def test_a_wrong_inertia_factor_is_reported(driven, tmp_path):
     (tmp_path / "recording.toml").write_text(
         TOML.replace("inertia_factor = 0.5", "inertia_factor = 0.52"), encoding="utf-8"

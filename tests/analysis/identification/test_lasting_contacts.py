@@ -67,6 +67,7 @@ def soft(tmp_path_factory) -> tuple[list[pd.DataFrame], Recording, pd.DataFrame,
     return motions, one, *identify_series(motions, [one] * len(motions))
 
 
+@pytest.mark.further
 def test_the_law_of_the_scenario_comes_back(soft):
     """With frames in the wall among the flights' and the law of an instant wall friction was 0.147 and the tangential
     restitution 0.34."""
@@ -92,6 +93,7 @@ def test_a_comparison_flies_from_where_the_paths_meet_and_turns_as_the_simulator
         assert (ahead.impacts[f"simulated_{after}"] - ahead.impacts[after]).std() < 0.03
 
 
+@pytest.mark.further
 def test_contacts_that_no_model_names_have_their_frames_left_out_and_the_law_of_an_instant(soft, tmp_path):
     """As the simulator then has it."""
     motions, *_, found = soft

@@ -41,6 +41,7 @@ def identified(folder, kind: str, seed: int) -> tuple[pd.DataFrame, dict[str, fl
     return table.set_index("parameter"), made.truth["parameters"][kind], starts_s, each[0].notes
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("seed", [20, 21])
 def test_a_drift_of_the_friction_is_fitted_within_runs_and_over_them(tmp_path, seed):
     """Seed 20 drifts within runs of unequal length, from their starts on; seed 21 from run to run."""
@@ -52,6 +53,7 @@ def test_a_drift_of_the_friction_is_fitted_within_runs_and_over_them(tmp_path, s
     assert not notes  # nothing is left that acts on the disk
 
 
+@pytest.mark.further
 def test_an_inertia_is_fitted(tmp_path):
     found, true, _, notes = identified(tmp_path / "s", "inertia_error", 3)
     value, sd = found.loc["inertia_ratio", ["value", "sd"]].astype(float)

@@ -25,6 +25,7 @@ SHARED_SDS = 2.5  # what all impacts share is one error
 FARTHEST_SDS = 4.0  # of 32 errors the largest is below this in all but 0.2 % of draws
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("law", LAWS_TRIED)
 def test_no_impact_is_missed_or_invented_and_no_number_falsely_sure(law, tmp_path):
     rng = np.random.default_rng([11, sorted(LAWS).index(law), 2])
@@ -53,6 +54,7 @@ def test_no_impact_is_missed_or_invented_and_no_number_falsely_sure(law, tmp_pat
         )
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("law", "seed", "parameter", "count"),
     [
@@ -115,6 +117,7 @@ def test_a_force_as_large_as_the_friction_leaves_the_friction_undetermined(tmp_p
     assert determined == [True, True, False]
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("rate_per_s", [0.6, -0.6])
 def test_a_drag_that_pushes_is_no_drag(rate_per_s, tmp_path):
     """The flights asked for `air_drag` of a negative size where glue sheared; what pushes is reported as unknown."""
@@ -133,6 +136,7 @@ def test_a_drag_that_pushes_is_no_drag(rate_per_s, tmp_path):
         assert any("nothing listed explains" in note for note in identified.notes)
 
 
+@pytest.mark.further
 def test_a_force_of_a_known_form_is_fitted_along_whatever_single_frames_say(tmp_path):
     """A force across the path that grows with speed and spin, which the library lacks; a frame in fifty is wrong by
     fifteen sd, and one by far more: a force that bends every flight would follow them."""

@@ -108,6 +108,7 @@ def values(joint) -> dict[str, float]:
     return dict(zip(joint["parameter"], joint["value"], strict=True))
 
 
+@pytest.mark.further
 def test_a_stated_size_is_held_and_a_wrong_one_is_reported(tilted):
     series, _ = tilted
     motions = series.motions

@@ -102,6 +102,7 @@ def values(joint: pd.DataFrame) -> dict[str, tuple[float, float]]:
     return {row.parameter: (row.value, row.sd) for row in joint.itertuples()}
 
 
+@pytest.mark.further
 def test_identification_holds_a_law_of_the_flights(swirl):
     """With it nothing unknown is left in the flights, and the floor's friction is the plant's."""
     folder, law, plant = swirl

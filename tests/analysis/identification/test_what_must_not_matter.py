@@ -270,6 +270,7 @@ def diagnosed(folder: Path) -> tuple[list[Segments], dict[str, Any]]:
     return [run.segments for run in loaded.runs], diagnose(loaded, np.random.default_rng(0)).summary
 
 
+@pytest.mark.further
 def test_every_second_frame_tells_the_same_less_well(series, base, tmp_path):
     """Half the frames: the differences are what the dropped half knew, so rarely above one sd of the answer from fewer
     frames.
@@ -307,6 +308,7 @@ def test_every_second_frame_tells_the_same_less_well(series, base, tmp_path):
     )
 
 
+@pytest.mark.further
 def test_a_run_cut_in_two(series, tmp_path):
     """Cut in the middle of its longest flight, the second part with its own clock: what ties the two halves of one
     flight together is lost.
@@ -336,6 +338,7 @@ def test_a_run_cut_in_two(series, tmp_path):
     same_parameters(base.parameters, found.parameters, 1.0, sds_too=False)
 
 
+@pytest.mark.further
 def test_a_calm_run_added_to_the_series(series, base, tmp_path):
     """A second in which the Host moves by a hundredth of g, and friction carries the disk along: it tells nothing, and
     must spoil nothing.
@@ -377,6 +380,7 @@ def test_a_calm_second_at_the_end(tmp_path):
     same(one, other, CALM)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("scale", "late", "searched"),  # a small rig's frames are near a clock's rounding
     [(5.0, LATE, "with a search for laws"), (0.2, 0, "without_laws")],

@@ -143,6 +143,7 @@ def one_marker_less(stated: Settings) -> Settings:
     return {**stated, "bodies": stated["bodies"] | {"ground": {"markers": ["G1", "G2"]}}}
 
 
+@pytest.mark.further
 def test_where_the_board_lay_when_the_clock_started_names_and_orders(base, tmp_path):
     """The same pictures from cameras that are calibrated in another world, later; runs, cameras and markers under other
     names and in another order, one marker on the ground less; rows of the table as they fall.

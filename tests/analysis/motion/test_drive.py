@@ -40,6 +40,7 @@ def test_a_clean_drive_shows_nothing():
     assert found([host(0.0)], None) == {}
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("kind", "x", "y", "size", "at"),
     [

@@ -105,6 +105,7 @@ def seen_under(drive, seed, correlation=0.0, n=800, sd=8e-6):
     return t, exact, seen, np.broadcast_to(sds, (n, 4))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("across", ["a line of its own", "along with the drive"])
 def test_the_way_across_a_sweeping_drive_is_followed(across):
     """A hundredth of the drive, under correlated noise of 50 um: a line that it keeps, or the drive's own path. The
@@ -121,6 +122,7 @@ def test_the_way_across_a_sweeping_drive_is_followed(across):
     assert np.sqrt(np.mean(np.square(off))) < 1.4e-5
 
 
+@pytest.mark.further
 def test_a_height_keeps_its_frequency_while_the_drive_starts():
     """The start bends the drive's frequency, which a height known by 25 um would follow: 0.034 of its load then, over
     these ten runs."""
@@ -135,6 +137,7 @@ def test_a_height_keeps_its_frequency_while_the_drive_starts():
     assert np.sqrt(np.mean(np.square(off))) < 0.028
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
 @pytest.mark.parametrize("drive", DRIVES)
 def test_any_drive_is_followed_within_its_own_sds(drive, correlation):
@@ -307,6 +310,7 @@ def test_lines_that_come_to_no_rest_still_are_the_path_that_they_leave_their_res
     np.testing.assert_allclose(path + fit.residual[:, 0], place[:, 0], rtol=0, atol=1e-9)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("seed", range(8))
 def test_the_path_of_a_random_drive_is_where_its_residual_says(seed):
     """And its velocity is its own derivative, beside a rise and fall and a sway that have lines of their own."""

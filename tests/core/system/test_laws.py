@@ -153,6 +153,7 @@ RING_LAWS = (
 )
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("laws", [PLAIN_LAWS, BENT_LAWS, RING_LAWS], ids=["plain", "bent", "ring"])
 def test_every_law_turns_with_the_world(laws):
     """Start, drive and law turned by one angle give the turned path, and each term of the laws moves the disk."""
@@ -212,6 +213,7 @@ def test_what_rises_and_what_sets_in():
     assert as_text(WrittenLaw(sides[1:])) == "spin' += 1 1/s^2 * [spin >= 3 rad/s]"
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("term", "rounded_rad"),
     [
@@ -304,6 +306,7 @@ def test_recent_blows_are_added_up_as_they_fade():
         Factor("recent_blows")
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     "quantity",
     [
@@ -356,6 +359,7 @@ def test_what_a_blow_leaves_without_swinging_back_is_reported_without_a_rate():
     assert legend(law)[-1][1].endswith("where the disk is, within 0.05 s")
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("quantity", ["turned", "turned_since", "last_left"])
 def test_how_far_the_disk_has_turned_and_how_fast_a_blow_has_left_it(quantity):
     """Over a run that begins at an angle, with every turn counted, held against the motion: a few thousandths is what

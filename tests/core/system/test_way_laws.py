@@ -77,6 +77,7 @@ def _values(name, found):
     return np.sin(2 * np.arctan2(0.01 * m["nes_spin_rad_per_s"], speed))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", FACTORS)
 def test_a_torque_that_follows_the_way_gives_the_spin_of_its_sum(name):
     """Over several flights: the spin that the law has given is the integral of what the motion says."""

@@ -44,6 +44,7 @@ def test_series_is_like_the_practice_series(plain):
     assert all((h[:, 1] - h[:, 0] < 0.0501).all() for h in held)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("kind", NOISE_KINDS)
 def test_noise_of_a_fixed_marker(kind):
     """Ground markers do not move: their scatter is the noise. Its sd is known to about 2 % from 12 runs."""
@@ -69,6 +70,7 @@ def test_views_project_as_the_application_does():
         assert np.abs(theirs.project(points) - view.pixels(points)).max() < 1e-6
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", sorted(CAUSES))
 def test_a_cause_changes_the_series_and_the_truth(name):
     """What the truth says of a cause: stage, verdict, parameters, and what the nominal model lacks.  Causes that move
@@ -118,6 +120,7 @@ def _without(restitution):
     return list(_paths("none", 0.0, restitution))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", MOVING)
 def test_a_physical_cause_moves_the_disk_elsewhere(name):
     """From one of the same starts the disk parts by more than the markers' noise (0.02 mm) at both sizes. Two of the

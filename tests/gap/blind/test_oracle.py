@@ -43,6 +43,7 @@ def predictions_of(series, place, left, rng):
     return pd.concat(rows)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("place", [Place(), ELSEWHERE])
 @pytest.mark.parametrize(("left", "share"), [(0.0, 1.0), (0.36, 0.64), (1.0, 0.0)])
 def test_the_share_of_an_oracle(place, left, share):

@@ -63,6 +63,7 @@ def test_the_law_is_what_was_sealed(unknown):
         assert low - (high - low) / 2 < value < high + (high - low) / 2, name  # 90 % intervals, doubled: four at once
 
 
+@pytest.mark.further
 def test_held_in_the_next_diagnosis_it_leaves_nothing(unknown, without_next_test, monkeypatch):
     monkeypatch.setattr("analysis.gap.page.gap_page.gap_page", blank)
     law = unknown / "first" / "law-1.toml"

@@ -53,6 +53,7 @@ def smoothed(loaded, weights):
     return with_points(series, [mixed(points, weights) for points in series.points])
 
 
+@pytest.mark.further
 def test_tracks_that_were_smoothed_hold_a_share_of_each_frame_of_the_mean(loaded):
     """Of the measurement; no force beside the wall and nothing of the impacts is left without it."""
     true, series = loaded("unknown_smoothed_tracks", 0.6, 3, "ar1", 3)
@@ -69,6 +70,7 @@ def test_tracks_that_were_smoothed_hold_a_share_of_each_frame_of_the_mean(loaded
     assert at[np.argmax(said)] == pytest.approx(0.0, abs=0.1 * 1e3 * series.period_s)  # the corner is cut at the blow
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("weights", "what"),
     [
@@ -109,6 +111,7 @@ def test_it_matters_not_where_the_rig_stands_and_when(loaded):
     assert there.size == pytest.approx(here.size, rel=1e-3)
 
 
+@pytest.mark.further
 def test_a_tracker_that_guesses_near_the_wall_goes_on_from_two_frames(loaded):
     """By shares of two and minus one: evenly on from where the marker was."""
     _, series = loaded("unknown_guessing_tracker", 0.9, 3, "white", 3)
@@ -118,6 +121,7 @@ def test_a_tracker_that_guesses_near_the_wall_goes_on_from_two_frames(loaded):
     assert set(found) <= {-3, -2, -1} and abs(found.get(-3, 0.0)) < 0.3 * abs(found[-2])
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("kind", "noise"),
     [("none", "ar1"), ("none", "warp"), ("nes_rocking", "white"), ("speed_dependent_restitution", "white")],

@@ -80,6 +80,7 @@ def recorded(loaded):
     return impacts, fits, law_regression(impacts, fits, ()), distance_regression(impacts, fits), series.frame
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("stage", "causes"), [("impacts", IMPACTS), ("walls", WALLS)])
 def test_what_turns_and_blows_leave_is_in_the_dictionary(recorded, stage, causes):
     """One candidate alone closes nine tenths of each on runs that have not seen it."""
@@ -200,6 +201,7 @@ def test_tape_that_the_disk_winds_up_is_a_radius_by_its_turns(tmp_path):
     assert law.closed > 0.9
 
 
+@pytest.mark.further
 def test_a_camera_that_steadies_its_picture_follows_the_disk(tmp_path):
     """All of its picture goes the other way, along u and along v."""
     series, _ = made_series(tmp_path, "unknown_steadied_picture", 0.9, 82, runs=2)
@@ -209,6 +211,7 @@ def test_a_camera_that_steadies_its_picture_follows_the_disk(tmp_path):
     assert all(law.closed > 0.9 for law in laws)
 
 
+@pytest.mark.further
 def test_what_a_law_makes_of_friction_says_which_impacts_stick(tmp_path):
     """A layer that creeps under a slow slip holds so little that most impacts slide, which the usual friction of the
     wall takes for stuck: what these return, which grows with the blow then, was a second law beside the right one."""
@@ -228,6 +231,7 @@ def test_what_a_law_makes_of_friction_says_which_impacts_stick(tmp_path):
     assert np.std(off) < 0.1 * np.std(friction)
 
 
+@pytest.mark.further
 def test_friction_of_each_run_is_reported_to_a_hundredth(tmp_path):
     """Impacts that slide in a run of little friction would stick on the usual wall, and the other way round: taken so,
     halves of the runs gave sizes of 1.09 and 0.86, each to a few hundredths, and the law was not believed."""

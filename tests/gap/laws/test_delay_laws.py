@@ -39,6 +39,7 @@ def exposed(folder, seed, runs=3, noise="white", laws=()):
     return made.truth["parameters"][KIND], load_series(read_series(folder), folder / "results", laws)[0]
 
 
+@pytest.mark.further
 def test_an_exposure_that_follows_the_disk_is_no_jitter(tmp_path):
     """It had been a jitter of all cameras, or nothing; held by the next diagnosis nothing of it is left."""
     true, series = exposed(tmp_path / "s", 17, 2, "ar1")
@@ -57,6 +58,7 @@ def test_an_exposure_that_follows_the_disk_is_no_jitter(tmp_path):
     assert not delay_follows(exposed(tmp_path / "s", 17, 2, "ar1", [path])[1])
 
 
+@pytest.mark.further
 def test_it_is_the_first_camera_where_the_host_says_so(tmp_path):
     """Two views say how they miss each other only; of the mean of both the Host's path says whether it is late or
     early."""
@@ -75,6 +77,7 @@ def test_it_is_the_first_camera_where_the_host_says_so(tmp_path):
     assert (law.law.terms[0].x, as_text(law.law)[-25:]) == (1.0, as_text(other.law)[-25:])
 
 
+@pytest.mark.further
 def test_a_trigger_that_the_shaker_pulls_follows_the_host(loaded):
     """Along the drive, for across it nothing moves that could tell a direction."""
     _, series = loaded("unknown_grounded_trigger", 0.8, 5)
@@ -86,6 +89,7 @@ def test_a_trigger_that_the_shaker_pulls_follows_the_host(loaded):
     assert abs(np.sin(factor.x)) < 0.01 and law.closed > 0.95
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("kind", "size", "noise"),
     [("none", 1.0, "ar1"), ("vertical_motion", 0.6, "warp"), ("trigger_jitter", 0.8, "white")],

@@ -52,6 +52,7 @@ def written(folder, kind, size=0.8, seed=2, laws=(), runs=2):
     return made, load_series(read_series(folder), folder / "results", laws)[0]
 
 
+@pytest.mark.further
 def test_a_zoom_that_swings_is_written_and_read_back(tmp_path):
     """Right camera, amplitude within three sd, frequency; held by the next diagnosis the ground stands still."""
     made, series = written(tmp_path / "s", "unknown_swinging_zoom")
@@ -73,6 +74,7 @@ def test_a_zoom_that_swings_is_written_and_read_back(tmp_path):
     assert NOT_HELD in identify(series.motions[0], stated).notes
 
 
+@pytest.mark.further
 def test_a_camera_that_was_touched_as_a_run_began_rings_out(tmp_path):
     """One wave that fades, not three of neighbouring rates: frequency and time, and the ground stands still without
     it."""
@@ -91,6 +93,7 @@ def test_a_camera_that_was_touched_as_a_run_began_rings_out(tmp_path):
     assert ground_motion(series) and not ground_motion(corrected)
 
 
+@pytest.mark.further
 def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
     """A period, at the share of the run; in true times the Host keeps its drive."""
     made, series = written(tmp_path / "s", "unknown_skipped_frame")
@@ -142,6 +145,7 @@ def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
     assert len(measured) == 1
 
 
+@pytest.mark.further
 def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
     """Both cameras agree with each other: before, friction_drift was named."""
     series = written(tmp_path / "s", "unknown_uneven_clock", seed=[32, 0])[1]
@@ -150,6 +154,7 @@ def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
     assert law.law.stage == "measurement"
 
 
+@pytest.mark.further
 def test_a_dropped_frame_of_one_camera_is_a_step_of_its_delay(loaded):
     _, series = loaded("unknown_lost_frame", 0.8, 2, runs=2)
     laws, _ = find_frame_laws(series, np.random.default_rng(0))
@@ -418,6 +423,7 @@ def test_a_camera_with_a_clock_of_its_own_has_a_law(tmp_path):
     assert rate == pytest.approx(made.truth["parameters"]["unknown_free_running_camera"]["free_running"], rel=0.25)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("kind", "target"),
     [("unknown_refocused_lens", "picture_radial"), ("unknown_knocked_lens", "picture_decentring")],
@@ -447,6 +453,7 @@ def test_a_lens_that_has_changed_is_left_and_has_its_law(tmp_path, loaded, kind,
     assert not [name for name, one in measurement_tests(again).findings.items() if one.found]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("kind", ["unknown_stretched_board", "unknown_bowed_board", "unknown_skewed_picture"])
 def test_boards_that_were_not_true_and_a_skew_have_their_law(tmp_path, loaded, kind):
     """They had been a wrong length scale and a tilted plane.  Held by the next diagnosis nothing of them is left."""

@@ -27,6 +27,7 @@ from ovines.core.laws.terms import Factor, Term, rows_of
 from tests.gap.laws.test_memory_laws import EFFECTS, made_series, quantities
 
 
+@pytest.mark.further
 def test_a_floor_that_pitches_presses_by_place_and_acceleration(tmp_path):
     """Of every series' causes the one with a product of three: friction, place, the Host's acceleration."""
     series, true = made_series(tmp_path, "unknown_pitching_floor", 1.0, 42, runs=2)

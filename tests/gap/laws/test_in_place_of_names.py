@@ -39,6 +39,7 @@ def named_flights(series):
     return steps, FlightSearch.of(series.runs, steps.named, rng)
 
 
+@pytest.mark.further
 def test_a_screw_that_backs_out_is_no_drift(loaded, without_flight_laws):
     """One side of the wall softens from run to run; the mean of it is a drift, which leaves the rest too faint for
     chance to be ruled out."""
@@ -50,6 +51,7 @@ def test_a_screw_that_backs_out_is_no_drift(loaded, without_flight_laws):
     assert law.closed > 0.8
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "name", ["restitution_drift", "direction_dependent_restitution", "speed_dependent_restitution"]
 )
@@ -91,6 +93,7 @@ def test_a_name_has_its_function_not_only_its_quantity(term, own):
     assert is_own_form(Candidate("asked", lambda: (term,))) is own
 
 
+@pytest.mark.further
 def test_a_bench_that_warms_up_is_no_drift(loaded):
     """It had been a drift by time and run: the exponential was among the forms that are the name's own."""
     truth, series = loaded("unknown_warming_bench", 0.6, 3, runs=6)
@@ -100,6 +103,7 @@ def test_a_bench_that_warms_up_is_no_drift(loaded):
     assert abs(settled - truth["runs"]) < 3 * sd + 0.15 * truth["runs"]
 
 
+@pytest.mark.further
 def test_what_dries_in_runs_of_unlike_lengths_is_no_drift(loaded):
     """It is a formula of the time, with its size."""
     truth, series = loaded("unknown_damp_face", 1.1, 8, runs=4)
@@ -111,6 +115,7 @@ def test_what_dries_in_runs_of_unlike_lengths_is_no_drift(loaded):
     assert abs(dried_s - truth["damp_s"]) < 3 * sd + 0.1 * truth["damp_s"]
 
 
+@pytest.mark.further
 def test_a_drift_beside_a_law_counts_from_each_runs_start(loaded):
     """Its column is what the fit's own drift changes; about the runs' middles it had left each run of another length a
     friction of its own, in which the time was no formula (case 021 of the thirty-fifth trial)."""
@@ -135,6 +140,7 @@ def test_a_drift_beside_a_law_counts_from_each_runs_start(loaded):
     assert np.linalg.norm(column - slope) < 0.1 * np.linalg.norm(slope)
 
 
+@pytest.mark.further
 def test_a_loss_straight_with_the_speed_gives_a_name_no_end(loaded, without_flight_laws):
     """What falls off beyond the measured speeds is a straight line to them, of one number fewer."""
     _, series = loaded("unknown_straight_loss", 0.9, 5, runs=5)
@@ -149,6 +155,7 @@ def test_a_dent_replaces_two_shapes_of_the_wall_only_where_it_is_as_good(gain, u
     assert _instead(gain, 159.4, unknowns - 4) is instead
 
 
+@pytest.mark.further
 def test_a_name_that_runs_held_out_want_less_gives_way(loaded):
     """A drag that grows with the speed, named where it is the air's, which no name has here."""
     _, series = loaded("air_drag", 1.0, 3, runs=3)
@@ -163,6 +170,7 @@ def test_a_name_that_runs_held_out_want_less_gives_way(loaded):
     assert named_terms_of(fewer) == [] and law.closed > 0.8, as_text(law.law)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("name", "columns"),
     [

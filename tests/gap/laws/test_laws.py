@@ -108,6 +108,7 @@ SLIP = Effect(
 )
 
 
+@pytest.mark.further
 def test_effects_that_are_added_are_named_and_without_them_their_laws_have_no_name(both, monkeypatch, unpainted):
     """One object each, as docs/how-to/add-effect.md has it; ``both`` is the answer without them.  Named, they are in
     the prediction, on the page and in the model that is written, which the next diagnosis holds."""
@@ -139,6 +140,7 @@ def test_effects_that_are_added_are_named_and_without_them_their_laws_have_no_na
     assert {law.stage for law in held} == {"flight", "impact"}
 
 
+@pytest.mark.further
 def test_the_laws_stand_on_the_page(both, unpainted):
     """Formula, evidence before and after, path, other formulas."""
     _, _, found = both
@@ -156,6 +158,7 @@ def test_a_law_that_is_nil_all_along_a_flight_moves_nothing_of_it(both):
     assert rows.shape == (len(problem.problem.residual), 5) and not rows.any()
 
 
+@pytest.mark.further
 def test_a_series_that_holds_its_laws_has_nothing_left(both, tmp_path):
     """Written to files, read again, held: the diagnosis ends with none."""
     folder, made, found = both
@@ -204,6 +207,7 @@ def linear_problem(seed, slope):
     return problem, x, rng
 
 
+@pytest.mark.further
 def test_chance_is_found_as_often_as_it_says():
     """Sixty problems without a law, 41 columns tried: p below a tenth in about a tenth of them."""
     small = 0
@@ -225,6 +229,7 @@ def few_telling_blocks(seed):
     return Regression(rng.normal(size=480), np.ones((480, 1)), np.zeros(1), block, block // 15), x, rng
 
 
+@pytest.mark.further
 def test_the_best_of_many_does_not_take_chance_away_with_it():
     """Sixty problems whose columns live in few blocks: with the signs of what the best leaves turned, 33 had p below a
     tenth, 19 below a hundredth and 6 below one in 4000."""
@@ -267,6 +272,7 @@ def test_what_further_parts_explain_is_no_noise_of_few_runs(seed):
     assert sorted(part.name for part in found.parts) == ["column 0", "column 1", "column 2"]
 
 
+@pytest.mark.further
 def test_what_a_law_of_one_part_leaves_seldom_has_another():
     """Sixty laws of one part: one in a hundred may have a further one by chance (of a hundred, two had)."""
     further = 0
@@ -387,6 +393,7 @@ def test_held_out_gains_are_those_of_fits_without_the_run():
     np.testing.assert_allclose(held_out_squares(problem, x[:, :1]).sum(), direct, rtol=1e-10)
 
 
+@pytest.mark.further
 def test_every_candidate_is_set_as_a_formula():
     """Each formula of the dictionaries, pulses too, in LaTeX that the page's figure can draw, and in a line."""
     scales = RigScales(0.04, 1.6, 0.04, 1.2, 69.0, 100.0)
@@ -446,6 +453,7 @@ def test_pairs_of_columns_become_one_term_with_an_angle():
     assert (one.coefficient, one.factors[0].y, one.sd) == pytest.approx((5.0, np.arctan2(-4, 3), 0.1))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("range_m", "seed"), [(6.6e-5, 3), (1e-5, 3), (1e-5, 4)])
 def test_a_law_that_throws_flights_out_of_all_numbers_is_none(loaded, range_m, seed):
     """A stop of a hair's width at the wall: a blind trial ended in an error there, and seed 4 leaves it an sd of 2e21

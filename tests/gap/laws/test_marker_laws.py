@@ -27,6 +27,7 @@ from ovines.law_file import law_text
 SURE_90, RUNS = 1.645, 2
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("size", "seed", "noise"), [(1.0, 4, "white"), (0.4, 7, "warp")])
 def test_a_marker_on_a_bent_tab_is_reported_and_written(loaded, tmp_path, size, seed, noise):
     """Its name, what it goes with, how far a unit of that moves it; read back, nothing moves on the Host any more.
@@ -76,6 +77,7 @@ class Asked:
     drive: DriveSteps = field(default_factory=DriveSteps)
 
 
+@pytest.mark.further
 def test_without_the_marker_everything_is_asked_again(loaded, monkeypatch):
     """What was reported stays.  Before, the frames that the marker pulled with it were a scatter of the trigger."""
     _, series = loaded("unknown_bent_tab", 1.0, 4, "white", RUNS)
@@ -92,6 +94,7 @@ def test_without_the_marker_everything_is_asked_again(loaded, monkeypatch):
     assert not rigid_structure(again[0]) and not measurement_tests(again[0]).findings["trigger_jitter"].found
 
 
+@pytest.mark.further
 def test_a_marker_that_slips_is_a_step_on_its_body(loaded):
     true, series = loaded("unknown_slipped_marker", 1.0, 3)
     (loose,) = loose_markers(series)
@@ -119,6 +122,7 @@ def test_a_marker_that_a_spin_throws_outwards_has_a_law(loaded):
     assert np.abs(again["x_m"] - series.points[0]["x_m"]).max() < 2e-7
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("kind", "seed", "noise"),
     [

@@ -44,6 +44,7 @@ def flight_law(series):
     return find_flight_law(series.runs, steps, series.frame, rng)[0]
 
 
+@pytest.mark.further
 def test_forms_that_flights_do_not_take_are_left_out_of_a_second_search(tmp_path, monkeypatch):
     """Not the first form nor its rivals, whose equation of motion finds no numbers: the next, and all in three."""
     series, _ = made_series(tmp_path, "unknown_polymer_floor", 1.0, 33, runs=2)
@@ -80,6 +81,7 @@ def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
     assert law.closed > 0.9
 
 
+@pytest.mark.further
 def test_a_thread_of_glue_pulls_to_the_contact_before(tmp_path):
     """Up to its length, with its force."""
     series, true = made_series(tmp_path, "unknown_glue_thread", 0.6, 36, runs=1)
@@ -91,6 +93,7 @@ def test_a_thread_of_glue_pulls_to_the_contact_before(tmp_path):
     assert law.closed > 0.9
 
 
+@pytest.mark.further
 def test_a_ring_that_lies_where_the_last_blow_pushed_it(tmp_path):
     """Its radius follows how far the disk has turned around since."""
     series, _ = made_series(tmp_path, "unknown_loose_ring", 1.0, 33, runs=2)
@@ -103,6 +106,7 @@ def test_a_ring_that_lies_where_the_last_blow_pushed_it(tmp_path):
     assert law.closed > 0.8
 
 
+@pytest.mark.further
 def test_a_step_of_the_wall_is_no_ellipse_with_lobes(tmp_path):
     """One formula instead of the names that make up its series."""
     series, true = made_series(tmp_path, "unknown_overlapping_strip", 1.0, 36, runs=2)
@@ -121,6 +125,7 @@ def test_a_step_of_the_wall_is_no_ellipse_with_lobes(tmp_path):
     assert not {cause.effect for cause in fewer.causes} & {"wall_ellipticity", "wall_lobes"}
 
 
+@pytest.mark.further
 def test_an_ellipse_is_no_law(tmp_path):
     """What a name says as well stays with its name."""
     made = make_series("wall_ellipticity", 1.0, np.random.default_rng(35), runs=2, noise="white")
@@ -133,6 +138,7 @@ def test_an_ellipse_is_no_law(tmp_path):
     assert wall_law_instead(steps, flights.fits, series.frame, least_m, rng) is None
 
 
+@pytest.mark.further
 def test_blows_that_resist_the_spin_are_no_inertia(tmp_path):
     """The law says what they take; the disk's inertia stays as stated."""
     series, _ = made_series(tmp_path, "unknown_rolling_resistance", 1.0, 37, runs=3)
@@ -154,6 +160,7 @@ def impact_fit(series):
     return fit_impacts(fits), fits
 
 
+@pytest.mark.further
 def test_a_band_that_shifts_as_it_is_struck(tmp_path):
     """Restitution by the place on the rim against the one struck before."""
     series, true = made_series(tmp_path, "unknown_shifted_band", 1.0, 51, runs=2)
@@ -166,6 +173,7 @@ def test_a_band_that_shifts_as_it_is_struck(tmp_path):
     assert law.closed > 0.8
 
 
+@pytest.mark.further
 def test_a_liner_that_each_blow_presses(tmp_path):
     """Its radius goes with the blows before, as the air comes back."""
     series, _ = made_series(tmp_path, "unknown_leaking_liner", 1.0, 53, runs=3)
@@ -177,6 +185,7 @@ def test_a_liner_that_each_blow_presses(tmp_path):
     assert law.closed > 0.8
 
 
+@pytest.mark.further
 def test_a_pile_that_the_blow_before_has_combed(tmp_path):
     """Wall friction by whether the slip has the sense of the one before."""
     series, _ = made_series(tmp_path, "unknown_combed_pile", 1.0, 53, runs=6)
@@ -201,6 +210,7 @@ def test_rubber_that_blows_work_soft(tmp_path):
     assert term.factors[0].scale == pytest.approx(WORKED_BLOWS, rel=0.05) and law.closed > 0.95
 
 
+@pytest.mark.further
 def test_a_blow_that_is_turned_against_the_slip_is_no_wrong_inertia(loaded):
     """Impacts alone say an inertia of 1.2 to 1.4; the flights, which the floor turns, say the stated one.  The law is
     the plant's, a tangent that bends at 0.4 m/s.  A true inertia is no contradiction."""

@@ -86,6 +86,7 @@ def test_columns_of_a_dictionary_are_those_of_each_term_by_itself(loaded):
     np.testing.assert_allclose(table[:, filled], expected, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.further
 def test_smooth_functions_tell_as_much_of_a_dictionary_as_all_the_frames_do(loaded):
     """In half of the rows: columns keep all but a hundredth of their square (what rings fastest; most 1e-6), and what
     each gains in runs held out, beside a part of a law fitted along, too, is the same to a hundredth where it is
@@ -124,6 +125,7 @@ def test_the_grid_is_in_rig_units(scale):
         np.testing.assert_allclose(b, (a[0], a[1] * scale), rtol=1e-12)
 
 
+@pytest.mark.further
 def test_jets_of_a_floor_are_waves_along_its_rows_of_holes(tmp_path):
     """Along both directions of a row, with its length."""
     series, true = made_series(tmp_path, "unknown_air_jets", 0.9, 41, runs=3)
@@ -137,6 +139,7 @@ def test_jets_of_a_floor_are_waves_along_its_rows_of_holes(tmp_path):
         assert abs(term.coefficient) == pytest.approx(true["jets_m_per_s2"], rel=0.03)
 
 
+@pytest.mark.further
 def test_friction_that_comes_and_goes_has_a_rate_of_its_own(tmp_path):
     """Neither the drive's nor a multiple of it."""
     series, true = made_series(tmp_path, "unknown_pulsing_air", 0.9, 42, runs=2)
@@ -148,6 +151,7 @@ def test_friction_that_comes_and_goes_has_a_rate_of_its_own(tmp_path):
     assert abs(term.coefficient) == pytest.approx(true["pulsing"], rel=0.2)
 
 
+@pytest.mark.further
 def test_a_floor_that_wears_in_its_middle_is_more_there_at_first_and_less_at_last(tmp_path):
     """Of all the dictionary that form predicts the runs held out best, its two coefficients of opposite signs."""
     series, _ = made_series(tmp_path, "unknown_wearing_middle", 0.9, 43, runs=6)
@@ -175,6 +179,7 @@ def test_what_settles_is_told_apart_from_what_it_was_at_first():
     assert one.positive == two.positive == (True,) and [n for n, _ in two.starts] == [(0.01,)]
 
 
+@pytest.mark.further
 def test_a_line_of_glue_takes_the_same_of_every_crossing(tmp_path):
     """Held back as hard at any speed, within a few millimetres of a line, against the way across it."""
     series, true = made_series(tmp_path, "unknown_glue_line", 0.9, 81, runs=4)
@@ -184,6 +189,7 @@ def test_a_line_of_glue_takes_the_same_of_every_crossing(tmp_path):
     assert abs(held) == pytest.approx(true["crossed_m_per_s2"], abs=3 * sd + 0.15 * true["crossed_m_per_s2"])
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("kind", "severity", "seed", "quantity"),
     [

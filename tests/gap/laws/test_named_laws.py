@@ -69,6 +69,7 @@ def test_a_law_of_the_restitution_is_an_effect_by_its_form(law, effect):
     assert effect_of_restitution(law) == effect
 
 
+@pytest.mark.further
 def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path, without_flight_laws):
     """Six runs that were `unknown`, with the drift's own formula; in view, no blind result."""
     made = make_series("restitution_drift", 0.35, np.random.default_rng(12), runs=6, noise="white")
@@ -83,6 +84,7 @@ def test_a_drift_that_gains_less_than_a_name_must_is_named_by_its_law(tmp_path, 
     assert abs(value - truth) < 4 * sd
 
 
+@pytest.mark.further
 def test_a_rocking_beside_a_wrong_inertia_has_its_name(loaded):
     """The inertia, judged by flights that lacked the rocking, left a torque that stood in the law beside it: unknown,
     with the rocking's own formula.  Beside the rocking the disk is asked anew."""
@@ -98,6 +100,7 @@ def test_a_rocking_beside_a_wrong_inertia_has_its_name(loaded):
     assert ladder.flights.nominal.fits[0].run.law.shape[0] == 0 < ladder.flights.fitted.fits[0].run.law.shape[0]
 
 
+@pytest.mark.further
 def test_what_acts_beside_a_rocking_has_its_formula(loaded):
     """Both stood in one formula of two parts, and the rocking had no name; held alone it leaves the other's."""
     _, series = loaded("nes_rocking+unknown_compass_needle", 0.8, 5, runs=2)

@@ -22,6 +22,7 @@ from tests.gap.conftest import laws_and_ladder
 BACK = WrittenLaw((Term("marker_way", -4e-5),))
 
 
+@pytest.mark.further
 def test_a_dead_band_is_one_length_along_the_way(loaded):
     """Of the measurement, and nothing of flights, impacts or wall is left without it."""
     true, series = loaded("unknown_dead_band", 0.6, 3, "ar1", 3)
@@ -48,6 +49,7 @@ def test_a_shutter_that_stays_open_goes_with_the_square_of_the_speed(loaded):
     assert find_way_law(without_frame_laws(series, [law.law]), np.random.default_rng(0)) is None
 
 
+@pytest.mark.further
 def test_a_search_window_that_is_too_small_begins_at_a_speed(loaded):
     """The plant's holds 4 px from frame to frame."""
     true, series = loaded("unknown_small_window", 0.7, 6, "white", 3)
@@ -61,6 +63,7 @@ def test_a_search_window_that_is_too_small_begins_at_a_speed(loaded):
     assert find_way_law(without_frame_laws(series, [law.law]), np.random.default_rng(0)) is None
 
 
+@pytest.mark.further
 def test_a_law_that_is_held_is_not_found_again(loaded, tmp_path):
     """Written into a file and given to the diagnosis: what advice says to do."""
     _, series = loaded("unknown_small_window", 0.7, 6, "white", 3)
@@ -72,12 +75,14 @@ def test_a_law_that_is_held_is_not_found_again(loaded, tmp_path):
     assert find_way_law(held, np.random.default_rng(0)) is None
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("kind", "noise"), [("none", "ar1"), ("none", "warp"), ("sensor_window_offset", "white")])
 def test_markers_in_their_places_have_no_law(loaded, kind, noise):
     _, series = loaded(kind, 1.0, 8, noise, 2)
     assert find_way_law(series, np.random.default_rng(0)) is None
 
 
+@pytest.mark.further
 def test_every_marker_of_host_and_disk_is_moved_back(loaded):
     """By one length where it moves, along its own velocity, in points and pictures; ground markers stay."""
     _, series = loaded("none", 1.0, 4, runs=2)

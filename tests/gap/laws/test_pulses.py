@@ -45,6 +45,7 @@ def pulsing(width, period, first, shape="pulses"):
     return (Term("fixed_direction", 2.0, (Factor("time", shape, width, period, first),), x=0.6),)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("shape", "width", "period", "first"),
     [("pulses", 0.012, 0.31, 0.07), ("pulses", 0.04, 2.0, 0.55), ("gates", 0.09, 0.29, 0.05)],
@@ -65,6 +66,7 @@ def test_a_train_of_pulses_and_a_single_burst_are_found(shape, width, period, fi
     assert np.hypot(*found.coefficients) == pytest.approx(2.0, rel=0.1)
 
 
+@pytest.mark.further
 def test_noise_alone_pulses_no_more_often_than_it_says():
     """Series without a force: looking for period and instant is paid for.  Of eight these two pulsed without the
     price, the second also for a third of it."""

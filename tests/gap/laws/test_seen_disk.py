@@ -18,6 +18,7 @@ from ovines.errors import InputError
 from tests.gap.conftest import brought, laws_and_ladder
 
 
+@pytest.mark.further
 def test_a_disk_that_is_seen_beside_its_place_in_the_shade(tmp_path):
     """A law of the measurement, with the lamp's direction and where the shade begins; no force, and no wall's shape."""
     made = make_series("unknown_shaded_wall", 0.8, np.random.default_rng(4), runs=3, noise="white")
@@ -32,6 +33,7 @@ def test_a_disk_that_is_seen_beside_its_place_in_the_shade(tmp_path):
     assert ladder.causes == () and [one.stage for one in ladder.structure] == ["measurement"]
 
 
+@pytest.mark.further
 def test_a_floor_that_leans_with_the_host_is_no_disk_seen_elsewhere(tmp_path):
     """Both move the disk by a share of the Host's way; what is seen elsewhere would have left the wall oval."""
     made = make_series("unknown_bent_guide", 0.9, np.random.default_rng(7), runs=2, noise="white")

@@ -30,6 +30,7 @@ def test_a_ring_that_swings_on_its_feet_after_a_blow(tmp_path):
     assert f"swing(at {value:.4g} rad/s" in as_text(law.law) and " S" in as_latex(law.law).replace(r"\,", " ")
 
 
+@pytest.mark.further
 def test_screws_that_each_blow_loosens(tmp_path):
     """Restitution by the number of blows that the run has had, not by its time."""
     series, _ = made_series(tmp_path, "unknown_loosening_screws", 1.0, 62, runs=3)
@@ -41,6 +42,7 @@ def test_screws_that_each_blow_loosens(tmp_path):
     assert law.closed > 0.8
 
 
+@pytest.mark.further
 def test_a_floor_that_swings_about_a_screw(tmp_path):
     """Friction is turned aside by the place against the screw, times the Host's velocity."""
     series, true = made_series(tmp_path, "unknown_swinging_floor", 0.8, 63, runs=2)
@@ -60,6 +62,7 @@ def first_of(data, count):
     return replace(data, **{name: values[:count] for name, values in arrays.items()})
 
 
+@pytest.mark.further
 def test_of_few_impacts_a_probe_says_where_to_look(tmp_path):
     """A thousand formulas explain as much of them by chance; those that follow what the probe does, do not."""
     series, _ = made_series(tmp_path, "unknown_fibrous_lay", 0.4, 64, runs=2)

@@ -190,6 +190,7 @@ def recorded(loaded):
     }
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("stage", "causes"), [("flights", FLIGHTS), ("impacts", IMPACTS), ("walls", WALLS)])
 def test_causes_that_nobody_listed_are_in_the_dictionary(recorded, stage, causes):
     """One candidate alone closes nine tenths of each on runs that have not seen it."""
@@ -215,6 +216,7 @@ def test_a_law_of_the_few_impacts_that_slide_keeps_its_size(recorded):
     assert cosine == pytest.approx(size, rel=0.1) and abs(sine) < 0.1 * size
 
 
+@pytest.mark.further
 def test_a_fan_is_a_drag_against_moving_air(tmp_path):
     """With the air's own speed and direction.  The constant part of it is no tilt, the linear part no drag: beside
     these names a drag that differs by direction closed as much; the formula stands in their place, and their
@@ -235,6 +237,7 @@ def test_a_fan_is_a_drag_against_moving_air(tmp_path):
     assert all(likely[name] < 0.3 for name in ("table_tilt", "viscous_drag", "air_drag"))
 
 
+@pytest.mark.further
 def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
     """Neither a drift nor a direction that the restitution has, which its parts have the form of."""
     series, _ = made_series(tmp_path, "unknown_lamplit_side", 1.0, 72, runs=3)
@@ -250,6 +253,7 @@ def test_a_wall_that_a_lamp_warms_from_one_side_is_one_formula(tmp_path):
     assert sorted({name for _, names in quantities(law) for name in names}) == ["azimuth", "time"], as_text(law.law)
 
 
+@pytest.mark.further
 def test_a_drift_beside_a_law_keeps_its_name(tmp_path, without_flight_laws):
     """A formula that stands in its place is sought, and does not need less without it."""
     made = make_series("restitution_drift+unknown_soft_spot", 1.0, np.random.default_rng(73), runs=3, noise="white")

@@ -31,6 +31,7 @@ def flight_law(series):
     return find_flight_law(series.runs, named, series.frame, rng)[0]
 
 
+@pytest.mark.further
 def test_a_sticker_that_stands_up_like_a_fin_trails(tmp_path):
     """A torque by the angle between the disk and its way, and its speed's square."""
     series, true = made_series(tmp_path, "unknown_weathervane", 1.0, 61, runs=2)
@@ -42,6 +43,7 @@ def test_a_sticker_that_stands_up_like_a_fin_trails(tmp_path):
     assert law.closed > 0.9
 
 
+@pytest.mark.further
 def test_marks_around_the_floors_middle_hold_what_slides_across_them(tmp_path):
     series, true = made_series(tmp_path, "unknown_concentric_marks", 1.0, 64, runs=2)
     law = flight_law(series)
@@ -61,6 +63,7 @@ def test_a_ring_of_two_halves_has_two_steps(tmp_path):
     assert law.closed > 0.8
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("kind", "severity", "seed", "glints"), [("unknown_glinting_stickers", 0.4, 64, True), ("none", 1.0, 4, False)]
 )
@@ -70,6 +73,7 @@ def test_markers_that_glint_as_the_disk_turns_are_found(loaded, kind, severity, 
     assert [one.goes_with for one in turning_picture(series)] == ([GOES_WITH] if glints else [])
 
 
+@pytest.mark.further
 def test_stickers_that_glint_in_one_view_have_their_law(loaded):
     """In the camera whose picture of the disk goes with its angle: the other's would lead its path astray."""
     true, series = loaded("unknown_glinting_stickers", 0.4, 64, runs=2)
@@ -89,6 +93,7 @@ def test_stickers_that_glint_in_one_view_have_their_law(loaded):
     assert np.all(np.abs(shown.after) < 4 * shown.after_sd)
 
 
+@pytest.mark.further
 def test_what_goes_round_the_wall_has_its_rate(loaded):
     """A shim that wanders behind the ring: no restitution by direction, which it had passed for."""
     true, series = loaded("unknown_wandering_shim", 1.0, 72)
@@ -100,6 +105,7 @@ def test_what_goes_round_the_wall_has_its_rate(loaded):
     assert ladder.causes == ()
 
 
+@pytest.mark.further
 def test_a_window_that_the_learnt_lens_leaves_open_is_none(loaded):
     """A camera that the drive twists bends the field that the runs teach; its law follows the Host's acceleration."""
     _, series = loaded("unknown_twisted_camera", 1.0, 65, runs=2)
@@ -113,6 +119,7 @@ def test_a_window_that_the_learnt_lens_leaves_open_is_none(loaded):
     ]
 
 
+@pytest.mark.further
 def test_what_rings_on_for_ever_is_no_answer_to_a_blow(loaded, monkeypatch):
     """However much of the Host's path it explains: the drive swings as it likes."""
     _, series = loaded("none", 1.0, 4, runs=2)

@@ -51,6 +51,7 @@ DENT = Effect(
 )
 
 
+@pytest.mark.further
 def test_an_effect_that_is_a_law_of_the_wall_is_named_and_as_a_law_held(tmp_path, monkeypatch, without_flight_laws):
     """It is predicted with; without its name its law, held by the nominal model, leaves nothing to tell."""
     made = make_series("unknown_dented_wall", 1.0, np.random.default_rng(5), runs=3, noise="white")
@@ -72,6 +73,7 @@ def test_an_effect_that_is_a_law_of_the_wall_is_named_and_as_a_law_held(tmp_path
     assert (laws, ladder.causes, ladder.structure) == ((), (), ())
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("level", [LEVEL_WHERE_LEFT, LEVEL])
 def test_an_oval_disk_is_written_and_closes_what_it_opened(loaded, level):
     """Its contact radius goes twice around the body; the scatter that it makes of the distances is no noise of them.
@@ -91,6 +93,7 @@ def test_an_oval_disk_is_written_and_closes_what_it_opened(loaded, level):
     assert low > 0.8 and high < 1.2
 
 
+@pytest.mark.further
 def test_pockets_at_both_ends_of_the_drive_are_spots_of_the_wall(loaded):
     """Of two at equal distances one formula tells, which an ellipse beside lobes can only put together; the page's
     figure shows it through what it explains, the radius being an unknown of its own."""
@@ -108,6 +111,7 @@ def test_pockets_at_both_ends_of_the_drive_are_spots_of_the_wall(loaded):
     np.testing.assert_allclose(shown.before, shown.law, rtol=0, atol=0.3 * term.coefficient)
 
 
+@pytest.mark.further
 def test_lobes_of_a_ring_around_a_cylinder_stay_lobes(tmp_path):
     """Of a shape of the wall the cylinder's contacts know nothing, of the disk's own they do; and a formula that holds
     the named shape itself is none in its place."""
@@ -134,6 +138,7 @@ def test_lobes_of_a_ring_around_a_cylinder_stay_lobes(tmp_path):
     assert not added[inside].any() and np.all(added[~inside] != 0.0)
 
 
+@pytest.mark.further
 def test_play_in_its_seat_is_no_contact_that_lasts(loaded, without_flight_laws):
     """Distances of both grow with the speed of approach: the law alone says more than the name, which goes."""
     _, series = loaded("unknown_seat_play", 0.9, 2)
@@ -144,6 +149,7 @@ def test_play_in_its_seat_is_no_contact_that_lasts(loaded, without_flight_laws):
     assert "finite_contact_time" not in {cause.effect for cause in ladder.causes} and not ladder.impacts.shape.finite
 
 
+@pytest.mark.further
 def test_contacts_of_round_bodies_have_their_law_in_place_of_the_name(loaded, without_flight_laws):
     """Their time falls with the fifth root of the speed (Hertz): the distances grow with its power 4/5, by half of it
     where nothing is lost, by a little less where it is.  What such a contact does along the wall stays known."""
@@ -157,6 +163,7 @@ def test_contacts_of_round_bodies_have_their_law_in_place_of_the_name(loaded, wi
     assert [(one.stage, one.coordinate) for one in ladder.structure] == [("impact", "radius")]
 
 
+@pytest.mark.further
 def test_a_contact_that_lasts_keeps_its_name_beside_a_shape_of_the_disk(loaded, without_flight_laws):
     """Runs held out still ask for it beside the formula."""
     _, series = loaded("finite_contact_time+unknown_oval_disk", (0.6, 1.1), 5)
@@ -170,6 +177,7 @@ def test_a_contact_that_lasts_keeps_its_name_beside_a_shape_of_the_disk(loaded, 
     assert "finite_contact_time" in {cause.effect for cause in ladder.causes}
 
 
+@pytest.mark.further
 def test_a_wall_leans_as_its_law_has_it(loaded):
     """A law of lobes turns normals, and with them the speeds along and across, as a wall that has the lobes does."""
     _, series = loaded("wall_lobes", 0.8, 4)
@@ -192,6 +200,7 @@ def test_a_wall_leans_as_its_law_has_it(loaded):
         assert np.std(own - true) < 0.2 * np.std(round_ - true), name
 
 
+@pytest.mark.further
 def test_an_uneven_rim_is_no_mass_centre_beside_its_law(loaded):
     """A tape's end that peels off the rim, more with each blow, lies to one side of the disk, as a centre that is off
     does; beside the law the disk's centre is where it was."""
@@ -208,6 +217,7 @@ def test_an_uneven_rim_is_no_mass_centre_beside_its_law(loaded):
     assert beside.wall.scatter_m < 0.5 * plain.wall.scatter_m
 
 
+@pytest.mark.further
 def test_a_ring_that_blows_leave_oval_leaves_nothing_at_the_impacts(loaded, without_flight_laws):
     """With normals of a round ring its impacts showed a restitution that falls with the speed, and a share of the spin
     that is lost."""

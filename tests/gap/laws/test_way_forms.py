@@ -131,6 +131,7 @@ def _edge(known):
     return _torque(seen * 400.0 * known[:, W.LAST_APPROACH] * across * np.exp(-known[:, W.SINCE] / 0.02))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("cause", "name", "numbers"),
     [

@@ -55,6 +55,7 @@ def test_a_frame_that_one_camera_dropped_is_no_late_clock(loaded):
     assert not any(finding.found for finding in tests.findings.values())
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("drive", "size", "noise", "seed"), [("sine", 1.0, "white", 5), ("start_up", 0.66, "ar1", 1)])
 def test_a_late_clock_is_still_one(tmp_path, drive, size, noise, seed):
     """Under a drive that starts, too, whose rise and fall no line follows: its path passed for another delay there."""

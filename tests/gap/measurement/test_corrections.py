@@ -19,6 +19,7 @@ from ovines.recording import read_series
 from tests.gap.conftest import brought, laws_and_ladder
 
 
+@pytest.mark.further
 def test_what_two_views_show_is_found_beside_a_stronger_jitter(loaded):
     """Frames that are moved in time have no points behind them any more: what these show is taken out before."""
     _, series = loaded("plane_tilt+trigger_jitter", 0.6, 4)
@@ -45,6 +46,7 @@ def test_a_window_that_is_moved_undoes_no_other_correction(loaded):
         np.testing.assert_allclose(one[columns].to_numpy(), other[columns].to_numpy(), rtol=0, atol=1e-12)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("beside", ["host_ringing", "host_recoil"])
 def test_what_the_host_does_beside_its_drive_is_no_late_frame(loaded, beside):
     """Frames that its path puts in their time take a swing with them: its mass had been ten times what it was, or the
@@ -58,6 +60,7 @@ def test_what_the_host_does_beside_its_drive_is_no_late_frame(loaded, beside):
             assert abs(value - truth[effect][name]) < 3 * sd, (effect, name)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("drive", ["sine", "random"])
 def test_a_late_camera_is_no_vertical_motion(drive, tmp_path):
     """Heights go with the velocity where one view is late: at the Host it had made 0.20 mm of a swing of 0.65 mm."""
@@ -76,6 +79,7 @@ def test_a_late_camera_is_no_vertical_motion(drive, tmp_path):
     np.testing.assert_array_equal(corrected.points[0]["z_m"], series.points[0]["z_m"])
 
 
+@pytest.mark.further
 def test_a_card_that_lies_higher_than_thought_is_no_tilt_of_the_plane(loaded):
     """The disk's heights have a constant of their own: where it stayed on one side of the ring, they were a slope
     (4.7 mrad reported for 43 micrometres).  Beside a tilt, and where nothing is wrong, none is reported."""
@@ -90,6 +94,7 @@ def test_a_card_that_lies_higher_than_thought_is_no_tilt_of_the_plane(loaded):
         assert not tests.misprinted and tests.findings["plane_tilt"].found == (kind == "plane_tilt")
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("kind", "says"),
     [
@@ -109,6 +114,7 @@ def test_a_print_of_another_size_or_shape_is_no_length_scale(loaded, kind, says)
     assert tests.findings["length_scale_error"].found == (kind == "length_scale_error")
 
 
+@pytest.mark.further
 def test_markers_with_each_others_name_are_reported_and_nothing_else_is_asked_because_of_it(tmp_path):
     """The bodies' fits leave them out frame by frame, so motion, impacts and flights have nothing; "none" before."""
     made = make_series("unknown_hopping_labels", 1.0, np.random.default_rng(7), runs=1, noise="white")

@@ -72,6 +72,7 @@ def saw(time_s):
     return 0.5 - time_s % 1.0
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("value", "function", "quantities"),
     [
@@ -159,6 +160,7 @@ def flown():
     return lambda series: first_flights(series, stated_effects(series))
 
 
+@pytest.mark.further
 def test_a_card_with_play_lies_at_the_stop_of_the_last_blow(loaded, flown):
     """No flight knows of it: its steps stand where flights meet.  Taken out, nothing of it is left."""
     _, plain = loaded("none", 1.0, 8, "white", 2)
@@ -172,6 +174,7 @@ def test_a_card_with_play_lies_at_the_stop_of_the_last_blow(loaded, flown):
     assert find_card_law(flown(again), again, np.random.default_rng(0)) is None
 
 
+@pytest.mark.further
 def test_markers_printed_about_another_point_are_a_card_that_turns_with_its_angle(loaded, flown):
     """Their angle is read wrong, once around."""
     _, plain = loaded("none", 1.0, 8, "white", 2)
@@ -192,6 +195,7 @@ def test_a_card_that_stays_has_no_law(loaded, flown):
     assert find_card_law(fitted, series, np.random.default_rng(0)) is None
 
 
+@pytest.mark.further
 def test_a_sticker_that_flutters_is_found_though_no_mean_tells_it(loaded):
     """The marker that moves beside what the others do, by its number; the plain series has none."""
     _, plain = loaded("none", 1.0, 8, "white", 3)

@@ -37,6 +37,7 @@ def seen(rng, moved=lambda place, share: 0.0 * place, correlation=0.0):
     return pd.DataFrame(rows, columns=["frame", "marker", "x_m", "y_m"])
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("moved", "what"),
     [
@@ -60,6 +61,7 @@ def test_one_run_apart_from_the_others():
     assert found.goes_with.startswith("the run") and found.size == pytest.approx(4e-5, rel=0.2)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
 def test_markers_that_stand_still_say_nothing(correlation):
     rng = np.random.default_rng(3)
@@ -67,6 +69,7 @@ def test_markers_that_stand_still_say_nothing(correlation):
         assert not _slow([seen(rng, correlation=correlation) for _ in range(3)], MARKERS, Still, 1e-6)
 
 
+@pytest.mark.further
 def test_a_zooming_camera_is_named_by_the_ground(tmp_path):
     """Of the plant: 0.07 % within a run."""
     zoomed = make_series("unknown_zooming_camera", 0.6, np.random.default_rng(8), 2, "white")
@@ -76,6 +79,7 @@ def test_a_zooming_camera_is_named_by_the_ground(tmp_path):
     assert found.stage == "measurement" and found.goes_with.endswith("change their distances in the picture of VW2")
 
 
+@pytest.mark.further
 def test_a_zoom_that_swings_is_found_from_the_ground(tmp_path):
     """Of the plant: 0.05 % to and fro; before, single frames were asked for a shift only, and it was called a sway."""
     swinging = make_series("unknown_swinging_zoom", 0.6, np.random.default_rng(3), 2, "warp")
@@ -85,6 +89,7 @@ def test_a_zoom_that_swings_is_found_from_the_ground(tmp_path):
     assert found.stage == "measurement" and found.goes_with.endswith("change their distances from frame to frame")
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("noise", ["ar1", "warp"])
 def test_still_ground_neither_grows_nor_turns(noise, tmp_path):
     still = make_series("motion_blur", 1.0, np.random.default_rng(3), 2, noise)

@@ -12,6 +12,7 @@ from analysis.gap.ladder import run_ladder
 from analysis.gap.measurement.picture_grid import PERIODS_PX, _waves, picture_grid
 
 
+@pytest.mark.further
 def test_blocks_of_a_compressed_film_are_unknown(loaded):
     """Every eight pixels of both views: no name, and nothing of the disk or the wall."""
     _, series = loaded("unknown_coded_blocks", 0.8, 7, runs=2)
@@ -20,6 +21,7 @@ def test_blocks_of_a_compressed_film_are_unknown(loaded):
     assert "the place in the picture, once in 8 pixels" in {left.goes_with for left in ladder.structure}
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("noise", ["ar1", "warp"])
 def test_a_series_without_a_grid_has_none(loaded, noise):
     """Until its lines are off by a wave of the place, once in as many pixels as that has."""

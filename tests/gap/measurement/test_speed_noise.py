@@ -12,6 +12,7 @@ from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("drive", ["sine", "chirp", "two_axes"])
 def test_what_the_hosts_fit_takes_of_the_jitter_is_given_back(drive, tmp_path):
     """A fit of a sweep takes 12 % of it with it, one of a sine 1 %."""

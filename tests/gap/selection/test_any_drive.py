@@ -15,6 +15,7 @@ from ovines.recording import read_series
 from tests.plants import Spec, make_series, write_series
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("drive", ["two lines", "chirp"])
 def test_a_drive_that_is_no_sine_is_no_cause(drive, tmp_path):
     spec = Spec(drive=drive, noise="white", reach_m=0.04, frames_per_flight=25.0, noise_share=2e-4)

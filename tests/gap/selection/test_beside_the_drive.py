@@ -19,6 +19,7 @@ def drive_of(tmp_path, kind, drive, seed, runs=4):
     return made.truth["parameters"], drive_steps(series, fits, frozenset(), False)[0]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("kind", "drive", "seed", "runs"),
     [
@@ -41,6 +42,7 @@ def test_a_swing_is_measured_beside_any_drive(tmp_path, kind, drive, seed, runs)
     assert sd < 0.03 * mass
 
 
+@pytest.mark.further
 def test_a_sway_is_reported_beside_a_drive_that_starts(tmp_path):
     true, steps = drive_of(tmp_path, "host_sway", "start_up", 1)
     assert [cause.effect for cause in steps.causes] == ["host_sway"]
@@ -49,6 +51,7 @@ def test_a_sway_is_reported_beside_a_drive_that_starts(tmp_path):
         assert abs(value - true["host_sway"][name]) < 3 * sd
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("drive", "runs"), [("two_lines", 2), ("random", 2), ("chirp", 2), ("start_up", 2)])
 def test_nothing_is_found_beside_a_drive_where_nothing_is(tmp_path, drive, runs):
     _, steps = drive_of(tmp_path, "none", drive, 1, runs)

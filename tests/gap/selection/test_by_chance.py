@@ -38,6 +38,7 @@ def dragged(tmp_path_factory):
     return run_ladder(series, np.random.default_rng(0))
 
 
+@pytest.mark.further
 def test_no_floor_is_above_the_best_model(dragged):
     """Free cubics spend more unknowns than the model, and miss more where it is right."""
     errors, _ = held_out_errors(dragged, dragged.causes)

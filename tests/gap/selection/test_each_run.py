@@ -28,17 +28,20 @@ def left_at_impacts(folder, kind, size, seed, runs, noise="white"):
     return {(one.coordinate, one.goes_with) for one in steps.structure}
 
 
+@pytest.mark.further
 def test_a_rim_that_is_wiped_before_some_runs(tmp_path):
     assert ("tangential", EACH_RUN) in left_at_impacts(tmp_path, "unknown_wiped_rim", 0.4, 922, runs=5)
     assert "in no order" in unknown_test("impact", EACH_RUN)
 
 
+@pytest.mark.further
 def test_a_wall_that_is_damp_in_some_runs_where_few_blows_slide(tmp_path):
     """Two or three in a run do, and tell its friction to a hundredth; of the nominal friction's sides most runs had
     none."""
     assert ("tangential", EACH_RUN) in left_at_impacts(tmp_path, "unknown_moist_wall", 0.7, 94, runs=6)
 
 
+@pytest.mark.further
 def test_a_value_of_each_run_asks_for_no_formula(tmp_path):
     """Beside one a hum of the few blows that slide had been written, of a chance that a probe's finding allows."""
     series, _ = made_series(tmp_path, "unknown_moist_wall", 0.7, 91, runs=6)
@@ -48,6 +51,7 @@ def test_a_value_of_each_run_asks_for_no_formula(tmp_path):
     assert find_impact_law(impacts, fits, (), series.frame, rng, LEVEL_WHERE_LEFT, left) is None
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("kind", ["none", "restitution_drift"])
 def test_nothing_is_left_where_runs_are_alike_or_drift(tmp_path, kind):
     assert left_at_impacts(tmp_path, kind, 1.0, 902, runs=3) == set()

@@ -69,6 +69,7 @@ def test_of_few_that_slid_nothing_is_said():
     assert friction_of_blows(data, fit_law(data)) is None
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("kind", "size", "words", "advice"),
     [
@@ -87,6 +88,7 @@ def test_it_is_left_at_the_impacts(tmp_path, kind, size, words, advice):
     assert advice in unknown_test(left.stage, left.goes_with)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("kind", "state"), [("unknown_static_friction", "fails"), ("none", "holds")])
 def test_identify_says_not_to_use_a_friction_that_lies_between_the_two(tmp_path, kind, state):
     """It had 0.424 +- 0.004 and "Good" of impacts that slid with 0.168."""

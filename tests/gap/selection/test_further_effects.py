@@ -80,6 +80,7 @@ def diagnosed(tmp_path_factory, without_next_test):
     return made
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("kinds", "stages", "noise", "seed"), [*FAST, *(pytest.param(*one, marks=pytest.mark.long) for one in SLOW)]
 )
@@ -115,6 +116,7 @@ def same_sizes(effect, parameters, truth, fewer):
         assert off < 4 * sd + 0.01 * abs(true), (name, value, true, sd)
 
 
+@pytest.mark.further
 def test_nothing_of_it_is_in_a_series_without_effect(diagnosed):
     _, found, _ = diagnosed("none", 1.0, 21, "warp")
     summary, drive = found.summary, found.ladder.drive
@@ -166,6 +168,7 @@ def test_withheld_it_is_unknown_where_it_lies(diagnosed, without_laws, effect, s
     assert any(left["stage"] == stage and word in left["goes_with"] for left in summary["left"])
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("effect", "size", "seed"),
     [
@@ -250,6 +253,7 @@ def test_an_estimate_beyond_a_bound_by_its_error_is_taken_at_the_bound():
     assert EFFECTS["spin_coupling"].complete(given) == {"coupling": 1.0}
 
 
+@pytest.mark.further
 def test_a_coupling_beyond_one_stops_no_diagnosis(tmp_path):
     """Without friction in ``[model]`` its coupling is measured, and held by the estimator of the sizes."""
     made = make_series("floor_friction", 1.0, np.random.default_rng(3), runs=2, noise="white")

@@ -26,6 +26,7 @@ def ladder(tmp_path_factory):
     return run_ladder(series, np.random.default_rng(0)), made
 
 
+@pytest.mark.further
 def test_nothing_is_left_beside_it(ladder):
     ladder, made = ladder
     assert [cause.effect for cause in ladder.causes] == ["finite_contact_time"] and not ladder.structure
@@ -58,6 +59,7 @@ def last_fit(ladder):
     return estimated(ladder[0], [])[0].with_effect
 
 
+@pytest.mark.further
 def test_the_last_fit_leaves_out_the_same_frames(ladder, last_fit):
     """One at the edge of a contact apart, for its duration is fitted once more."""
     for own, last in zip(ladder[0].series.runs, last_fit.rig.runs, strict=True):
@@ -101,6 +103,7 @@ def test_a_run_s_impacts_are_predicted_by_the_law_of_the_others(ladder):
         assert np.abs(both[1] - both[0])[~own].max() > 1e-3
 
 
+@pytest.mark.further
 def test_the_gap_closes_along_the_wall_too(ladder):
     ladder, _ = ladder
     errors = held_out_errors(ladder, ladder.causes)[0]
@@ -123,6 +126,7 @@ def test_the_page_draws_the_law_that_the_impacts_follow(ladder):
     assert on_it < 0.5 * beside
 
 
+@pytest.mark.further
 def test_an_inertia_beside_it_keeps_its_name(loaded):
     """Frames in the wall are left out of flights that have the inertia already: asked of these, it had been gone."""
     truth, series = loaded("finite_contact_time+inertia_error", 1.0, 3, runs=3)

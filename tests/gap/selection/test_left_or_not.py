@@ -34,6 +34,7 @@ def series_of(folder, kind, size, seed, runs, noise, drive="sine"):
     return made, brought(made, folder / "series")
 
 
+@pytest.mark.further
 def test_a_rise_and_fall_under_a_random_drive_is_neither_a_late_camera_nor_a_force(tmp_path):
     made, series = series_of(tmp_path, "vertical_motion+sensor_window_offset", 0.6, 3, 3, "ar1", "random")
     ladder = run_ladder(series, np.random.default_rng(0))
@@ -53,6 +54,7 @@ def test_what_has_no_name_is_left_only_where_it_is_surely_more_than_negligible(n
     assert _accepted(gain, 50.0, Units({}, 0.02)) is accepted
 
 
+@pytest.mark.further
 def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
     """It goes from 0 to 1 by steps that are shortened: three of them left a tenth, and a force that followed the rise
     and fall."""
@@ -64,6 +66,7 @@ def test_a_load_of_the_floor_that_nobody_stated_is_reached(tmp_path):
     assert steps.fitted.model.parameters[INDEX["load"]] == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.further
 def test_slow_lines_of_a_few_runs_are_those_of_their_drive(tmp_path):
     """Of a random drive some runs look like lines, and leave others beside them."""
     _, series = series_of(tmp_path, "none", 1.0, 7, 2, "white", "random")
@@ -103,6 +106,7 @@ ALIKE = Halves((1.0, 1.0), (0.1, 0.1))
 DRAG = WrittenLaw((Term("along_sliding", -0.4, (Factor("sliding_speed"),)),))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("times_negligible", "closed", "halves", "left", "counts"),
     [
@@ -156,6 +160,7 @@ def test_a_law_that_no_probe_asks_for_closes_in_whichever_runs_are_drawn():
     assert not is_believed([5.0, 0.1, 0.1, 0.1, 0.1, 0.1], [0.1, 0.101, 0.1, 0.1, 0.1, 0.1])
 
 
+@pytest.mark.further
 def test_a_law_of_impacts_that_no_probe_asks_for_is_found_and_left(nick):
     """A nick in the disk's rim takes 0.07 of the restitution where it meets the wall."""
     made, ladder = nick

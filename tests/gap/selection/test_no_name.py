@@ -45,6 +45,7 @@ def ladder_of(folder, kind, size, noise, runs):
     return run_ladder(series, np.random.default_rng(0))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("kind", "size", "noise", "runs", "stages", "words"),
     [*CASES, *(pytest.param(*c, marks=pytest.mark.long) for c in MORE)],
@@ -117,6 +118,7 @@ def test_a_covariate_that_no_piece_knows_is_left_out():
     assert asked[0] == asked[1]
 
 
+@pytest.mark.further
 def test_noise_alone_has_no_covariate():
     """Of forty series without anything left, p is below a tenth in about four."""
     found = [_best_pair(pieces_of(np.random.default_rng(s)), np.random.default_rng(s))[1] for s in range(40)]

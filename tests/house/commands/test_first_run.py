@@ -52,6 +52,7 @@ class Terminal(io.StringIO):
         return True
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("options", [[], ["--quiet"], ["--verbose"]])
 @pytest.mark.parametrize("name", ["identify", "diagnose", "compare", "plan", "simulate", "orbits"])
 def test_every_command_says_once_that_it_compiles(name, options, monkeypatch):

@@ -136,6 +136,7 @@ def test_new_asks_at_a_terminal(tmp_path):
     assert recording.board == "charuco_5x7_8mm"
 
 
+@pytest.mark.further
 def test_new_asks_only_for_what_is_left_out(tmp_path):
     given = [
         "--cameras",
@@ -251,6 +252,7 @@ def test_prototypes_of_the_thesis(prototype, level_g, ground, tmp_path):
     assert len(markers) == ground
 
 
+@pytest.mark.further
 def test_a_film_without_layouts_is_tracked_as_check_says(tmp_path, capsys):
     """Ten frames of the rendered sample: names come from the first frame's geometry, and nothing is held against a
     layout that nobody gave.

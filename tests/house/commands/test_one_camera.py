@@ -68,6 +68,7 @@ def test_the_other_cameras_tracks_missing_is_no_recording_of_one(tmp_path, capsy
     assert "leave its [[cameras]] out" in "".join(capsys.readouterr())
 
 
+@pytest.mark.further
 def test_four_known_points_serve_as_a_calibration(tmp_path, capsys):
     """The places of the real calibration within four of the sds that the points leave."""
     series = left_with_one(tmp_path / "series")

@@ -31,6 +31,7 @@ QUESTIONS = {
 }
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("question", list(QUESTIONS))
 def test_questions_write_a_table_and_a_figure(question, tmp_path, capsys):
     name, rest = QUESTIONS[question]
@@ -53,6 +54,7 @@ def test_sensitivities_in_a_table(tmp_path, capsys):
     assert "per unit of restitution" in capsys.readouterr().out
 
 
+@pytest.mark.further
 def test_a_design(tmp_path, capsys):
     asked = ["design", "sprung-host", "--band", "0.95:1.05:3", "--over", "clearance_m=0.03:0.08", "--candidates", "4"]
     few = ["--keep", "2", "--runs", "4", "--transient", "20", "--periods", "10", "--out", str(tmp_path)]

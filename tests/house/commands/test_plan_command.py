@@ -18,6 +18,7 @@ def day(tmp_path):
     return tmp_path / "day"
 
 
+@pytest.mark.further
 def test_a_plan_says_what_will_be_known(day, tmp_path, capsys):
     assert main(["plan", str(day / "recording.toml"), *SMALL, "--as-stated"]) == 0
     said = capsys.readouterr().out
@@ -71,6 +72,7 @@ def test_numbers_of_no_day(day, options, capsys):
     assert not (day / "plan").exists()
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("old", "new"),
     [

@@ -52,6 +52,7 @@ def test_each_set_has_its_commands():
     assert all(len(block) <= 3 for block in BLOCKS)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", sorted(KNOWN))
 def test_the_commands_calibrate_it(name, request, tmp_path, monkeypatch):
     if name != PAINTED:

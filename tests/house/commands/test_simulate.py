@@ -30,6 +30,7 @@ def test_a_drop_shows_its_rebound_heights(tmp_path, monkeypatch):
     assert (tmp_path / "drawn" / "rebound_heights.png").is_file()
 
 
+@pytest.mark.further
 def test_a_sweep_over_two_parameters(tmp_path, capsys):
     over = ["--over", "restitution=0.6:0.8:2", "--over", "nes_radius_m=0.008:0.012:3"]
     assert main(["sweep", "rig", *over, "--runs", "3", "--out", str(tmp_path)]) == 0
@@ -54,6 +55,7 @@ def test_sweeps_that_cannot_be(options, said, tmp_path, capsys):
     assert said in capsys.readouterr().err and not list(tmp_path.iterdir())
 
 
+@pytest.mark.further
 def test_the_shaker_of_the_thesis(tmp_path, capsys):
     asked = ["shaker", "--frequency-hz", "11", "--acceleration-g", "9"]
     assert main([*asked, "--travel-m", "0.0254", "--out", str(tmp_path)]) == 0

@@ -29,6 +29,7 @@ def made(tmp_path_factory):
     return day
 
 
+@pytest.mark.further
 def test_settings_and_their_effect_are_reported(made, capsys):
     assert main(["compare", str(made / "first"), str(made / "second")]) == 0
     said = capsys.readouterr().out

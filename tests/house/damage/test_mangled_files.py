@@ -3,6 +3,7 @@
 import json
 import string
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -29,6 +30,7 @@ def read_or_refuse(read, *arguments):
         return None
 
 
+@pytest.mark.further
 @MANY
 @given(data=st.data())
 def test_calibration(tmp_path, data):
@@ -71,6 +73,7 @@ def test_trigger(tmp_path, rows):
         assert (frames[1:] > frames[:-1]).all() and (times_s[1:] > times_s[:-1]).all()
 
 
+@pytest.mark.further
 @MANY
 @given(
     st.lists(

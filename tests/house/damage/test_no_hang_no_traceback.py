@@ -198,6 +198,7 @@ def test_an_interrupted_program_ends_with_its_compiled_loop(tmp_path):
 # --- workers ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
 def test_workers_die_with_the_process_that_started_them(how, tmp_path):
     script = (
@@ -243,6 +244,7 @@ NESTED = {
 }
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", NESTED)
 def test_files_nested_without_end(name, tmp_path):
     """OpenCV's parser would end the process at its stack's end, others take minutes and gigabytes."""
@@ -443,6 +445,7 @@ def test_a_suspension_that_no_rig_has():
         Host(0.05, motion="free", mass_kg=1e-300)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", ["tcp:/127.0.0.1:9", "http:/a", "a::b"])
 def test_a_folder_named_like_an_address_is_a_folder(name, tmp_path, monkeypatch, capsys):
     """What `tcp://127.0.0.1:9` is as a path: pyarrow took it for an address on the net."""
@@ -481,6 +484,7 @@ def test_code_that_cannot_be_kept_is_compiled_all_the_same(monkeypatch, capsys):
     assert capsys.readouterr().err.count("NUMBA_CACHE_DIR") == 1
 
 
+@pytest.mark.further
 def test_closed_streams(small_recording, tmp_path):
     """`2>&-` and `>&-`: nobody listens, and that is no reason to fail."""
     for closing in ("2>&-", ">&-", "2>&- >&-"):
@@ -500,6 +504,7 @@ def test_too_little_memory_is_three_lines(monkeypatch, capsys):
     assert main(["run"]) == 2 and "not enough memory" in capsys.readouterr().err
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("limit_kb", [700_000, 1_200_000])
 def test_a_small_address_space_is_three_lines(limit_kb, small_recording, tmp_path):
     """`ulimit -v`: libraries can no longer be mapped; done or refused, never a traceback."""

@@ -45,6 +45,7 @@ def test_another_recording_is_no_results_folder(command, recordings, capsys):
     refused_untouched([command, one, "--out", other], other.parent, capsys, str(other), "recording.toml")
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("keeps_its_mark", [True, False])
 def test_results_written_again_by_another_program(keeps_its_mark, recordings, tmp_path, capsys):
     """Speeds of 1e300 were squared: a table that pandas wrote again was nobody's, with our mark or without."""
@@ -73,6 +74,7 @@ def test_another_series_is_no_results_folder(recordings, tmp_path, capsys):
     )
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     "name", ["points.parquet", "motion.parquet", "report.html", "identification.parquet", "source.json"]
 )
@@ -226,6 +228,7 @@ def analysed(recordings, tmp_path):
     return recordings[0], tmp_path / "results"
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("name", ["raw.gif", "raw.mp4"])
 def test_a_film_replaces_only_a_film_of_ours(name, analysed, tmp_path, capsys):
     folder, results = analysed

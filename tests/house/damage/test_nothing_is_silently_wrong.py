@@ -225,6 +225,7 @@ SETTINGS = {
 ABOUT = {"exposure of seconds": "exposure_s", "no offset": "window_size_px"}
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("case", SETTINGS)
 def test_a_setting_out_of_proportion(case, tmp_path, capsys):
     folder = write_small_recording(tmp_path / "run", frames=60).folder
@@ -264,6 +265,7 @@ def test_a_usual_recording_raises_no_doubt(tmp_path):
         assert plausibility_warnings(read_recording(folder)) == []
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("first", "second", "status", "words"),
     [
@@ -305,6 +307,7 @@ def test_the_drive_is_measured():
     assert dominant(times_s, np.zeros((600, 2))) is None
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("frequency_hz", "acceleration_g", "words"),
     [
@@ -327,6 +330,7 @@ def test_the_drive_that_was_asked_for_beside_the_measured_one(frequency_hz, acce
     assert ("caution:" in printed) == (words is not None) and ("recording.toml, line" in printed) == (words is not None)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("factor", "doubted"), [(1.0, False), (0.4, True), (2.5, False)])
 @pytest.mark.parametrize("frequency_hz", [0.0, 20.0, 80.0])
 def test_an_sd_that_is_too_small(factor, doubted, frequency_hz, tmp_path, capsys):
@@ -345,6 +349,7 @@ def test_an_sd_that_is_too_small(factor, doubted, frequency_hz, tmp_path, capsys
     assert ("surer than they are" in capsys.readouterr().out) == doubted
 
 
+@pytest.mark.further
 def test_tracks_tell_the_drive_s_frequency(tmp_path, capsys):
     shutil.copytree(
         Path(__file__).resolve().parents[3] / "sample_data" / "series_tilted" / "run-01", tmp_path / "series" / "run"

@@ -59,6 +59,7 @@ def recording(folder, table):
     return folder
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("levers", [False, True])
 def test_imported_impacts_are_identified(tmp_path, levers, capsys):
     folder = recording(tmp_path / "run", impacts(np.random.default_rng(1), levers=levers))
@@ -74,6 +75,7 @@ def test_imported_impacts_are_identified(tmp_path, levers, capsys):
     assert (folder / "results" / "report.html").is_file()
 
 
+@pytest.mark.further
 def test_their_law_is_diagnosed(tmp_path):
     """A restitution that falls with the speed is named, one that does not is not."""
     for name, slope in (("plain", 0.0), ("falling", 0.35)):
@@ -154,6 +156,7 @@ def bouncing(count=1500, rate_hz=500.0):
     return pd.DataFrame(rows, columns=["seconds", "px", "py"]) + np.column_stack([np.zeros(count), noise])
 
 
+@pytest.mark.further
 def test_motion_of_any_csv_is_a_recording(tmp_path):
     (tmp_path / "recording.toml").write_text(BOX)
     bouncing().to_csv(tmp_path / "puck.csv", index=False)
@@ -180,6 +183,7 @@ def test_columns_that_do_not_fit_are_refused(tmp_path, columns, said, capsys):
     assert said in "".join(capsys.readouterr())
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("factor", [1e300, 1e7, 1e5, 1e-9])
 def test_speeds_of_no_impact_end_soon(factor, tmp_path, capsys):
     """Refused, or identified for what they are; 1e300 m/s once had no end."""
@@ -201,6 +205,7 @@ def test_a_lever_of_no_disk_is_refused(tmp_path, capsys):
     assert "lever_normal_m is 1e+300 in row 3" in capsys.readouterr().err
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("speed_m_per_s", [100.0, 1e6])
 def test_an_impact_that_leaves_like_a_bullet_is_left_out(speed_m_per_s, tmp_path, capsys):
     """One such row once kept the fit busy without end."""

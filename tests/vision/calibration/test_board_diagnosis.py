@@ -42,6 +42,7 @@ def thesis(**changes):
     return Board("b", (5, 8), 0.008, 0.006, "DICT_5X5_50").altered(**changes)  # rows even: the legacy pattern differs
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(
     "truth", [{"inverted": True}, {"legacy_pattern": True}, {"inverted": True, "legacy_pattern": True}]
 )
@@ -52,6 +53,7 @@ def test_other_print_is_found_and_noted(pictures, truth):
     assert board == thesis(**truth) and all(f"{key} = true" in said for key in truth)
 
 
+@pytest.mark.further
 def test_mirrored_images_and_wrong_dictionary_are_refused_by_name(pictures):
     image = pictures(thesis())
     with pytest.raises(InputError, match="mirrored"):
@@ -62,6 +64,7 @@ def test_mirrored_images_and_wrong_dictionary_are_refused_by_name(pictures):
         alternatives([np.full((300, 300), 128, np.uint8)], thesis())
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("wrong", [(8, 5), (4, 6), (6, 9)])
 def test_wrong_number_of_squares_is_refused(pictures, wrong):
     with pytest.raises(InputError, match=r"5 columns and 8 rows") as refused:

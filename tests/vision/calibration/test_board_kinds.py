@@ -42,6 +42,7 @@ def far_m(board):
     return 2.3 * float(np.ptp(board.points_m()[:, :2], axis=0).max())
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("inverted", [False, True])
 @pytest.mark.parametrize("name", KINDS)
 def test_each_kind_is_found_where_it_is(name, inverted):
@@ -95,6 +96,7 @@ def test_which_boards_look_alike_turned_by_half():
     assert Board("a", (4, 10), 0.02, kind="asymmetric circles").ends_alike
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     "name", ["asymmetric_circles_4x11_18mm", "dots_9x7_20mm", "tags_7x5_30mm", "chessboard_10x7_25mm"]
 )
@@ -132,6 +134,7 @@ def views_of(board, cameras, rng, apart):
     return views, world
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("apart", [False, True])
 def test_four_cameras_at_different_times(apart):
     """Four cameras, seeing the board at once or never together: poses within 4 sd of the truth by the covariance."""

@@ -33,6 +33,7 @@ def test_true_calibration_is_not_doubted(rendered):
     refuse_mistaken(recording, [scaled(camera, 1.004) for camera in cameras])  # half a percent is the diagnosis' affair
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("factor", [1.25, 1000.0])
 def test_the_layout_shows_a_wrong_square_size(rendered, factor):
     """The true board is charuco_9x13_20mm; a calibration with squares ``factor`` times too large gives lengths that

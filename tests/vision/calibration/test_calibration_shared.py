@@ -36,6 +36,7 @@ def test_extrinsic_view_that_the_shared_views_contradict_is_named():
         calibrate(setup.board, seen, SIZES, extrinsic)
 
 
+@pytest.mark.further
 def test_one_view_numbered_from_the_other_end_unties_itself_only():
     setup, seen, extrinsic = rig_views(np.random.default_rng(3), together=True)
     seen["VW2"][4] = from_the_other_end(seen["VW2"][4], len(setup.board.points_m()))
@@ -79,6 +80,7 @@ def test_extrinsic_films_give_one_common_frame():
         one_instant({"A": films["A"][:1], "B": films["B"][1:2]})
 
 
+@pytest.mark.further
 def test_both_of_opencvs_finders_number_a_chessboard_alike(monkeypatch):
     compared = 0
     for path in sorted(CHESS.glob("left0[2367].jpg")):
@@ -93,6 +95,7 @@ def test_both_of_opencvs_finders_number_a_chessboard_alike(monkeypatch):
     assert compared >= 3
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("turn", [0, 2])
 def test_first_corner_is_that_of_the_dark_end_whichever_way_up(turn):
     image = cv2.imread(str(CHESS / "left03.jpg"), cv2.IMREAD_GRAYSCALE)
@@ -112,6 +115,7 @@ def test_board_with_two_like_ends_is_refused_for_several_cameras():
     assert not BOARD.ends_alike and not Board("charuco", (8, 6), 0.03, 0.02, "DICT_5X5_50").ends_alike
 
 
+@pytest.mark.further
 def test_other_number_of_squares_is_counted_and_said(monkeypatch):
     counted = calibration_chessboard.cv2.findChessboardCornersSBWithMeta
     counts = {}  # what OpenCV counts in a picture: the same whatever board is stated
@@ -133,6 +137,7 @@ def test_other_number_of_squares_is_counted_and_said(monkeypatch):
     assert len(counts) == len(images)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("wrong", [(9, 7), (5, 4)])
 def test_a_part_of_a_chessboard_is_not_taken_for_the_whole(tmp_path, wrong, capsys):
     """OpenCV finds 9 x 7 squares in nearly all pictures of 10 x 7, from either end: some views failed, with the advice
@@ -149,6 +154,7 @@ def test_a_part_of_a_chessboard_is_not_taken_for_the_whole(tmp_path, wrong, caps
     assert "a chessboard of 10 x 7 squares in 6 of 6 images" in said and "set squares = [10, 7]" in said
 
 
+@pytest.mark.further
 def test_shaken_extrinsic_view_is_said_to_be_the_world():
     setup, seen, extrinsic = rig_views(np.random.default_rng(5))
     assert not any("world" in sentence for sentence in calibrate(setup.board, seen, SIZES, extrinsic).advice)
@@ -158,6 +164,7 @@ def test_shaken_extrinsic_view_is_said_to_be_the_world():
     assert len(said) == 1 and said[0].startswith("VW1: its extrinsic view is bad (reprojection 0.")
 
 
+@pytest.mark.further
 def test_board_printed_askew_is_distinguished_from_noise():
     """Residuals of 10 times the noise that stay with the board's points, and ones that do not."""
     setup, seen, extrinsic = rig_views(np.random.default_rng(6))
@@ -188,6 +195,7 @@ def _plane(view):
     return slope / np.sqrt(abs(np.linalg.det(slope)))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("said", "together", "tied"), [(None, True, True), (False, True, False), (True, False, False)])
 def test_whether_views_were_taken_at_once_can_be_said(tmp_path, monkeypatch, said, together, tied):
     """recording.toml has the last word; where nothing can be tied, that is said."""

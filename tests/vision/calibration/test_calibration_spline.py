@@ -97,6 +97,7 @@ def bent():
     return field, *chosen(views(16, 1, field))
 
 
+@pytest.mark.further
 def test_a_field_that_no_terms_can_follow_is_taken_up_by_the_spline(bent):
     field, single, tried = bent
     (taken,) = [one for one in tried if one.chosen]
@@ -131,6 +132,7 @@ def test_the_splines_sd_covers_what_it_misses(bent):
     assert 0.75 < np.mean(np.abs(off) < 1.645 * sd[:, None]) <= 1.0
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("count", "field"), [(16, None), (7, waves(0)), (9, None)])
 def test_an_ordinary_lens_and_few_views_have_none(count, field):
     single, tried = chosen(views(count, 2, field))
@@ -174,6 +176,7 @@ def pair():
     return fields, poses, calibrate(board, own, dict.fromkeys(own, SIZE), world)
 
 
+@pytest.mark.further
 def test_points_seen_through_both_splines_lie_where_they_are(pair):
     fields, poses, found = pair
     points = np.random.default_rng(5).uniform([0.0, -0.15, 0.0], [0.22, 0.0, 0.02], (60, 3))
@@ -209,6 +212,7 @@ def test_the_table_of_nodes_is_the_spline_with_its_sd(pair):
     assert [line.split(":")[0] for line in advice] == ["left", "right"]
 
 
+@pytest.mark.further
 def test_its_covariance_moves_points_as_differences_do(pair):
     _, _, found = pair
     cameras, splines = found.cameras, [camera.spline for camera in found.cameras]

@@ -55,6 +55,7 @@ def views(rng: np.random.Generator, project: Project, focal_px: float = 900.0, c
     return found
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("distortion", "lens"),
     [
@@ -119,6 +120,7 @@ def bent(seen: list[View], rms_px: float, length_px: float, rng: np.random.Gener
     return moved
 
 
+@pytest.mark.further
 def test_a_spline_stands_beside_the_rational_lens_and_views_that_were_left_out_come_back():
     seen = views(np.random.default_rng(1), through([0.3, 0.03, 0, 0, 0.01, 0.6, 0.2, 0.02]))
     seen = bent(seen, 0.15, 160.0, np.random.default_rng(100))
@@ -211,6 +213,7 @@ def test_the_cameras_distance_has_the_sd_of_pairs_drawn_from_the_covariance():
     assert abs(own_m - true_m) < 4 * sd_m
 
 
+@pytest.mark.further
 def test_a_thick_board_does_not_raise_the_world():
     """The board lies 5 mm above the plane and says so: the cameras are where they are, within their sd."""
     setup, found = rig(0.005)
@@ -221,6 +224,7 @@ def test_a_thick_board_does_not_raise_the_world():
         assert np.abs(true.rotation[:, 2] * 0.005 / sd).max() > 8  # without it: many sd off
 
 
+@pytest.mark.further
 def test_tables_are_whole_and_the_plane_is_as_uncertain_as_its_points():
     from ovines.tables import checked
     from vision.calibration.uncertainty import covariance_table, with_calibration_sd
@@ -244,6 +248,7 @@ def test_tables_are_whole_and_the_plane_is_as_uncertain_as_its_points():
     assert isinstance(found.tables["calibration_next"], pd.DataFrame)
 
 
+@pytest.mark.further
 def test_watching_tells_what_is_known_as_pictures_arrive(tmp_path):
     from shutil import copy
 

@@ -44,6 +44,7 @@ def test_each_image_gets_its_own_noise():
     assert sd == pytest.approx(true, rel=0.25)
 
 
+@pytest.mark.further
 def test_the_lens_is_as_wrong_as_its_covariance_says():
     """Over twenty cameras, images of unlike noise: errors over sds of focal lengths and principal point."""
     z = []

@@ -195,6 +195,7 @@ def rolled(
     return pd.DataFrame(rows, columns=columns), pd.DataFrame(truth, columns=columns)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("readout_s", "given"), [(4e-3, None), (-3e-3, None), (4e-3, 4e-3), (0.0, None)])
 def test_a_rolling_shutter_is_reported_and_taken_out(tmp_path, readout_s, given):
     """4 of 5 ms: pixels come out within 0.15 px rms of the film without it (5 ms of 11 Hz are interpolated by
@@ -227,6 +228,7 @@ def test_a_rolling_shutter_is_reported_and_taken_out(tmp_path, readout_s, given)
         assert not notes
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("run", ["run-01", "run-04"])
 def test_no_rolling_shutter_is_reported_of_cameras_without_one(run):
     """Tracks of another renderer, with a tilted table, impacts and a lens: not a pixel is moved."""

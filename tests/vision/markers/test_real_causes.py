@@ -46,6 +46,7 @@ def fitted(cause, n, seed):
 # Cause: what it leaves beside the model; largest RMS error over RMS sd, and least.  1 +- 0.13 is what 57 discs tell (2
 # sd); more is allowed where one disc's edge cannot say more: rough print moves small discs as a whole, sharpening makes
 # noise that does not move them.
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("cause", "most", "least"),
     [
@@ -89,6 +90,7 @@ def test_neighbour_at_the_edge_pulls_no_more_than_noise_does():
     assert np.median(np.hypot(*error.T)) < 2.5 * np.median(np.hypot(*alone.T))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     "shape",
     [
@@ -113,6 +115,7 @@ def test_squares_and_halves_are_refused_whatever_the_paper(shape):
         assert shape["radius"] < 5 or len(find_discs(image)) == 0  # too small for its sectors to see corners
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("radius", "noise", "jpeg", "contrast", "least"),
     [
@@ -147,6 +150,7 @@ def test_small_dots_are_found(radius, noise, jpeg, contrast, least):
     assert share >= least and (apart.min(1) > 3).sum() == 0, share
 
 
+@pytest.mark.further
 def test_paper_leaves_and_print_hold_no_discs():
     """Clutter of polygons, lines and letters on grainy paper, compressed."""
     rng = np.random.default_rng(6)
@@ -201,6 +205,7 @@ def grid_picture():
     ), cv2.perspectiveTransform(points[None], to_image)[0]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("light", ["even", "side", "lamp", "shadow"])
 def test_dot_grid_is_found_under_uneven_light(light):
     rng = np.random.default_rng(7)
@@ -218,6 +223,7 @@ def test_dot_grid_is_found_under_uneven_light(light):
     assert np.median(np.hypot(*(fits[:, :2] - truth[numbers]).T)) < 0.05
 
 
+@pytest.mark.others_further
 @pytest.mark.skipif(not (REAL / "stereo_dots").is_dir(), reason="no real images beside the checkout")
 @pytest.mark.parametrize("name", ["dot_00_0", "dot_13_0"])
 def test_search_finds_every_dot_of_a_real_grid(name):
@@ -229,6 +235,7 @@ def test_search_finds_every_dot_of_a_real_grid(name):
     assert np.mean(apart < 0.1) == 1.0 and len(numbers) > 120
 
 
+@pytest.mark.further
 @pytest.mark.skipif(not (REAL / "stereo_chessboard").is_dir(), reason="no real images beside the checkout")
 def test_room_with_a_chessboard_holds_few_discs():
     found = [
@@ -258,6 +265,7 @@ def dots_in_one_picture(alike, seed):
     return fits[:, [U, U + 1]] - truth, fits[:, SD], sd_without_shared_shape(image, fits)
 
 
+@pytest.mark.further
 def test_a_shape_that_all_dots_share_is_no_noise_and_one_of_their_own_is():
     """A dot by itself takes its seven corners for noise: 0.13 px, where it is off by 0.0024 px."""
     for alike in (True, False):
@@ -294,6 +302,7 @@ def crossings(rng, turn_rad, filters):
     return image if filters is None else cv2.cvtColor(image, filters), corners_px[inside]
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("turn_deg", [1.0, 20.0])
 def test_colour_filters_do_not_move_corners(monkeypatch, turn_deg):
     """Edges along the pixels' rows are moved alike over their whole length: by 0.025 px before, of which the sds (0.006

@@ -13,6 +13,7 @@ from vision.track import track
 FRAMES = 16
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", ["20 mm, 4000/s, 3 px", "500 mm, 100/s, 3 px"])
 def test_a_body_thrown_across_a_quarter_of_the_window_keeps_its_tracks(tmp_path, name):
     rig = RIGS[name]

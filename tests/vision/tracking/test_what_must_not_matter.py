@@ -151,6 +151,7 @@ def without_ground_layout(recorded: Recorded) -> Recorded:
     return replace(recorded, bodies=recorded.bodies | {"ground": replace(recorded.bodies["ground"], layout_m=None)})
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("factor", [0.2, 5.0])
 @pytest.mark.parametrize("ground", ["placed", "found"])
 def test_all_lengths_times_the_same(recorded, usual, tmp_path, factor, ground):
@@ -170,6 +171,7 @@ def test_all_lengths_times_the_same(recorded, usual, tmp_path, factor, ground):
     same(usual, followed(tmp_path / "film", long), EQUAL_PX if ground == "placed" else CONVERGED_PX)
 
 
+@pytest.mark.further
 def test_the_walls_scale_with_the_lengths(recorded, tmp_path, walls):
     few = replace(recorded, pictures=tuple(own[:3] for own in recorded.pictures))
     long = replace(
@@ -188,6 +190,7 @@ def test_the_walls_scale_with_the_lengths(recorded, tmp_path, walls):
     assert seen[1].radius_m.to_numpy() == pytest.approx(5 * seen[0].radius_m.to_numpy(), rel=1e-5)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("turn_rad", "shift_m"), [(2.1, (0.0, 0.0)), (0.0, (2.0, -1.3)), (-0.8, (-1.1, 1.6))])
 def test_a_world_elsewhere_and_turned(recorded, usual, tmp_path, turn_rad, shift_m):
     c, s = np.cos(turn_rad), np.sin(turn_rad)
@@ -286,6 +289,7 @@ def test_other_numbers_and_another_clock(recorded, usual, tmp_path):
     assert np.allclose(found.time_s - 1e6, usual.loc[found.index].time_s, atol=1e-8)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("suffix", "options"), [(".png", ()), (".tif", (cv2.IMWRITE_TIFF_COMPRESSION, 5)), (".bmp", ()), (".avi", ())]
 )
@@ -293,6 +297,7 @@ def test_lossless_formats(recorded, usual, tmp_path, suffix, options):
     same(usual, followed(tmp_path / "film", replace(recorded, suffix=suffix, options=options)), 1e-12)
 
 
+@pytest.mark.further
 @pytest.mark.parametrize(("suffix", "factor"), [(".tif", 256), (".png", 257), (".tif", 16), (".png", 1)])
 def test_16_bits(recorded, usual, tmp_path, suffix, factor):
     """Greys as they are, times 16 (12 bits), 256 and 257.  Finer greys have less rounding to allow for: that decides
@@ -306,6 +311,7 @@ def test_16_bits(recorded, usual, tmp_path, suffix, factor):
     same(usual, followed(tmp_path / "film", deep), 0.005)
 
 
+@pytest.mark.further
 def test_twice_the_pixels(recorded, usual, tmp_path):
     """Pictures and intrinsics: a pixel becomes four, and its centre is where theirs is.  Finer pixels are no finer
     picture: a tenth of a pixel.

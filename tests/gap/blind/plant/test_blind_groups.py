@@ -54,6 +54,7 @@ def test_every_one_has_its_stated_amount():
     assert ORDERS.keys() == {cause.name for cause in EVERY} and len(PLACE) == STATES
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", [c.name for c in EVERY if c.stage != "measurement"])
 def test_a_cause_changes_its_own_stage_by_the_stated_amount_and_no_other(name):
     rates, bounces, gaps = (a - b for a, b in zip(_done(name), _done("none"), strict=True))
@@ -84,6 +85,7 @@ def _plain():
     return outline, run_outline(outline, np.random.default_rng(5), 8.0)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", [c.name for c in EVERY if c.stage == "measurement"])
 def test_a_cause_in_the_cameras_moves_the_picture_and_not_the_disk(name):
     """The same seed with and without it: the same markers in the same frames, the same impacts, other pixels."""

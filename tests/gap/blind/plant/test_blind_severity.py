@@ -191,16 +191,19 @@ def _does(name, size):
     return amount(name, size, (p.drop_x_m, p.drop_y_m))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in BY_THEMSELVES])
 def test_severity_one_is_what_it_means_and_half_of_it_half(name):
     means_what_it_says(name, _does, rel=BENT.get(name, 0.12))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", NAMES)
 def test_severity_zero_changes_nothing(name):
     changes_nothing_at_zero(name)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", MOVED)
 def test_a_run_goes_another_way(name):
     goes_another_way(name)
@@ -218,6 +221,7 @@ def _runs(name):
     return out
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", [name for group in GROUPS[2:] for name in _moved(group)])
 def test_a_run_has_no_more_blows_than_a_plain_one_could(name):
     """No law makes the disk rattle at the wall: of four runs none has many blows of no speed."""
@@ -226,6 +230,7 @@ def test_a_run_has_no_more_blows_than_a_plain_one_could(name):
         assert np.sum(approach <= 0.0) <= 2 and len(approach) < 120
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("name", [name for group in GROUPS[3:] for name in _moved(group)])
 def test_a_run_stays_in_the_ring(name):
     """Of four runs none leaves the ring or the numbers."""
@@ -242,6 +247,7 @@ def test_every_one_says_what_it_follows_and_none_comes_twice(group):
         assert len({cause.follows for cause in of_group(group)}) == len(of_group(group))
 
 
+@pytest.mark.further
 @pytest.mark.parametrize("group", GROUPS)
 def test_the_command_takes_the_group_and_each_by_name(group, tmp_path, capsys):
     command_takes_group(group, of_group(group), tmp_path, capsys)

@@ -140,6 +140,7 @@ def test_wall_friction_that_falls_with_the_slip():
         assert head_on(rubbed, 1.0, spin)[1] == pytest.approx(slid_to(1.0 / (1.0 + 1.25 * abs(slip)), slip))
 
 
+@pytest.mark.further
 def test_a_ragged_wall_turns_each_blow_by_its_own_angle():
     """A smooth and perfect wall mirrors the disk's velocity in the turned tangent."""
     mirror = BARE._replace(restitution=0.98, wall_friction=0.0, ragged_rad=0.05)
@@ -230,6 +231,7 @@ def test_a_mount_gives_along_its_line_only():
     leaves_no_more_energy(BARE._replace(mount=0.12, mount_rad=0.9))
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(
     "changed",
     [

@@ -169,6 +169,7 @@ def test_a_drop_wets_the_disk_and_the_way_wipes_it():
     assert got.max() > -0.1 * 9.81 * 0.75 and got[3] == pytest.approx(-0.1 * 9.81, rel=0.08)
 
 
+@pytest.mark.further
 def test_grit_draws_each_flights_friction_anew():
     """Mean 1 and the stated deviation over many flights, no flight like the one before, another run's another; and the
     friction is multiplied by it."""

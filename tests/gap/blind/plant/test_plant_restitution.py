@@ -12,6 +12,7 @@ PINNED = {"impact_s": 0.08, "count": 3}  # the impact before: 20 ms ago where th
 R = 0.01
 
 
+@pytest.mark.further
 def test_a_loose_chip_and_a_bruise():
     assert [head_on(BARE._replace(loose_chip=0.25), chance=c)[0] for c in (0.9, 1.1)] == pytest.approx([-0.7, -0.45])
     bruised = BARE._replace(bruise=0.35)

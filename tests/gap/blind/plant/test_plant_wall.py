@@ -62,6 +62,7 @@ def test_a_strips_joint_and_a_loose_ring():
     assert second == pytest.approx(0.01 + (0.08 - 2.5e-4) / 0.7, abs=1e-9)
 
 
+@pytest.mark.further
 def test_a_pushed_ring_never_comes_back_upon_the_disk():
     """Whatever the direction of the blow before, the gap after a blow is not negative."""
     rng = np.random.default_rng(1)
@@ -131,6 +132,7 @@ def test_a_spinning_tyre_drives_the_disk_off():
     assert impact(0.0, state, tyre, STILL, np.zeros(2), 1.0)[1] == pytest.approx(30.0 * 4e-4, rel=1e-3)
 
 
+@pytest.mark.further
 def test_a_split_ring_and_one_that_trails():
     """Head-on along x; a ring that trails has the speed of its own place's change; halves that are askew are smooth but
     at their joint."""

@@ -54,6 +54,7 @@ def _rates(p, **numbers):
     return dict(zip(PLACE, derivative(0.0, state_of(**numbers), p, STILL, disk_friction_table()), strict=True))
 
 
+@pytest.mark.further
 def test_beads_of_wax_hold_a_disk_that_goes_another_way_until_they_have_turned():
     wax = SLIDING._replace(beads=0.8)
     for turned in (0.0, 1.0, 2.5, np.pi):
@@ -212,6 +213,7 @@ def test_dampers_behind_a_liner_stiffen_it_as_they_are_pressed_onto_it():
     assert head_on(liner, 0.1, 90.0, 0.05, HOST) == pytest.approx(head_on(BARE, 0.1, 90.0, 0.05, HOST))  # it slips
 
 
+@pytest.mark.further
 def test_a_loose_end_of_tape_is_wound_up_and_shed():
     tape = BARE._replace(spool_m=3e-4, spool_rad=2.0)
     for turned in (0.0, 20.0, -30.0, 300.0):
@@ -240,6 +242,7 @@ def test_a_disk_planes_after_a_blow_that_leaves_it_fast():
         assert wall_gap(0.1, after, puck, HOST)[0] >= -1e-9  # it is put back as it now lies
 
 
+@pytest.mark.further
 def test_no_blow_leaves_more_energy():
     for changed in (
         {"meshed": 0.3, "meshed_wall_rad": 1.0, "meshed_rim_rad": 2.0},

@@ -150,6 +150,7 @@ def test_screws_come_loose_and_a_pad_is_pressed_flat():
     assert head_on(pad._replace(pad_rad=np.pi))[0] == pytest.approx(-0.7, abs=1e-3)
 
 
+@pytest.mark.further
 def test_a_ring_on_rubber_feet_swings_like_a_spring():
     """From a blow on: the closed swing obeys its own equation, and its speed is the rate of its place."""
     p, since = PlantParameters(nodding=0.02, nodding_rad_per_s=170.0), {"impact_s": 0.1}
@@ -190,6 +191,7 @@ def test_a_ring_goes_on_swinging_where_it_touches_without_a_blow():
     assert swing(0.102, after, nods) == pytest.approx(before)
 
 
+@pytest.mark.further
 def test_tape_around_the_rim_has_one_step():
     """Head-on along x: the disk's middle gets to the returned place; the slope is its rate; at its step the contact's
     lever drives the disk off."""

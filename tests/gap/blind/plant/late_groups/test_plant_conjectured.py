@@ -134,6 +134,7 @@ def test_a_round_contact_lasts_the_longer_the_slower_it_is(restitution):
     assert np.ptp(back) < 3e-3 and restitution - 1e-3 < back[0] < restitution + 0.03
 
 
+@pytest.mark.further
 def test_what_sticks_in_a_round_contact_comes_back_as_in_a_short_blow():
     plant = draft_series("unknown_round_contact", 1.0, np.random.default_rng(2), RUNS).plant
     numbers = {name: plant[name] for name in ("hertz_contact_s", "contact_shear_share", "tangential_restitution")}

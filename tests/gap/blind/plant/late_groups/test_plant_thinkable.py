@@ -52,6 +52,7 @@ def test_three_feet_are_each_held_against_their_own_way():
     assert rate_of(disk, vx=0.5, spin=40.0, angle=0.5) != pytest.approx(turned, rel=1e-3)
 
 
+@pytest.mark.further
 def test_a_disk_rolls_on_a_grain_in_some_stretches():
     floor = SLIDING._replace(rolling=0.4, rolling_draw=0.3)
     time = np.arange(0.0, 30.0, 0.03) + 0.015  # well within each stretch
