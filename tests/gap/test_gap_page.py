@@ -66,7 +66,9 @@ def test_first_screen_names_the_effect_its_size_and_what_to_do(page):
     assert float(far.answer.split()[1].removesuffix("%")) > 90
     assert any("mrad" in d for d in cause.details)
     assert "--write-model" in page.actions[0]
-    assert "standard deviations" in page.actions[1] and page.actions[1].endswith(EFFECTS["table_tilt"].words.by_hand)
+    assert "times what noise moves the answer" in page.actions[1] and page.actions[1].endswith(
+        EFFECTS["table_tilt"].words.by_hand
+    )
 
 
 def rows_under(page, first: str) -> tuple[tuple[str, ...], ...]:

@@ -69,11 +69,13 @@ class NextTests:
         if best.sd < LEAST_SEPARATION:
             most = f"{best.sd:.1g}" if best.sd >= LEAST_WRITTEN else f"less than {LEAST_WRITTEN:g}"
             return (
-                f"No setting of the drive tells {both}: {most} standard deviations at most in {self.duration_s:.1f} s."
+                f"No setting of the drive tells {both}: in {self.duration_s:.1f} s they are at most {most} times as "
+                "far apart as noise moves the answer."
             )
         rival = ", its nearest rival," if self.law is None else ""
         separates = (
-            f"one recording of {self.duration_s:.1f} s tells {both}{rival} by {_with_error(shown)} standard deviations"
+            f"one recording of {self.duration_s:.1f} s tells {both}{rival} by {_with_error(shown)} times what noise "
+            "moves the answer"
         )
         if self.recommended == AS_RECORDED:
             return f"More recordings as these serve as well as any other setting ({self._how}): {separates}."

@@ -121,5 +121,5 @@ def settings_figure(tests: dict[str, Any]) -> Figure:
     ax.set_ylim(-0.6, len(settings) - 0.4)
     ax.set_xlim(0.0, max(1.05 * float((size + error).max(initial=0.0)), 1.3 * SETTLES))
     ax.text(SETTLES, len(settings) - 0.35, "one settles it", color=GREY, fontsize=7.5, ha="center", va="bottom")
-    label(ax, "how far apart, in standard deviations of the noise", "")
+    label(ax, "how far apart, over what noise moves the answer", "")
     return figure
