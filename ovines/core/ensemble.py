@@ -225,7 +225,7 @@ def widen(packed: Packed, p_rows: np.ndarray, drives: np.ndarray) -> None:
     """Bounds and steps of the finder must hold for every row's own drive."""
     if len(packed.drive) == 0:
         return
-    old = np.maximum(np.abs(packed.drive[:, 1]), 1e-300), np.maximum(packed.drive[:, 2], 1e-300)
+    old = np.maximum(np.abs(packed.drive[:, P.AMPLITUDE]), 1e-300), np.maximum(packed.drive[:, P.OMEGA], 1e-300)
     louder = np.max(np.abs(drives[:, :, 1]) / old[0], axis=1)
     faster = np.maximum(np.max(drives[:, :, 2] / old[1], axis=1), 1.0)
     for place in (P.HOST_ACCELERATION, P.HOST_SPIN, P.HOST_SPIN_RATE):

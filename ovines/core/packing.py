@@ -159,12 +159,12 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
     plain = p[P.FLOOR_FRICTION] == 0.0 and p[P.VISCOUS_DRAG] == 0.0 and p[P.AIR_DRAG] == 0.0 and not len(packed.law)
     k[P.CLOSED_FORM] = plain and not k[P.OFF_CENTRE] and not undamped_resonance(p, k, drive)
     gain = response_gains(p, k, drive)
-    omega, plane = drive[:, 2], drive[:, 0] < 2
-    turning = drive[:, 0] == AXES["rotation"]
-    p[P.HOST_ACCELERATION] = np.sum(np.abs(drive[plane, 1]) * gain[plane] * omega[plane] ** 2)
-    p[P.HOST_SPIN] = np.sum(np.abs(drive[turning, 1]) * gain[turning] * omega[turning])
-    p[P.HOST_SPIN_RATE] = np.sum(np.abs(drive[turning, 1]) * gain[turning] * omega[turning] ** 2)
-    speed = np.sum(np.abs(drive[plane, 1]) * gain[plane] * omega[plane])
+    omega, plane = drive[:, P.OMEGA], drive[:, P.AXIS] < 2
+    turning = drive[:, P.AXIS] == AXES["rotation"]
+    p[P.HOST_ACCELERATION] = np.sum(np.abs(drive[plane, P.AMPLITUDE]) * gain[plane] * omega[plane] ** 2)
+    p[P.HOST_SPIN] = np.sum(np.abs(drive[turning, P.AMPLITUDE]) * gain[turning] * omega[turning])
+    p[P.HOST_SPIN_RATE] = np.sum(np.abs(drive[turning, P.AMPLITUDE]) * gain[turning] * omega[turning] ** 2)
+    speed = np.sum(np.abs(drive[plane, P.AMPLITUDE]) * gain[plane] * omega[plane])
     rates = [*omega[omega > 0.0]]
     if k[P.HAS_TABLE]:
         speed += add_table_bounds(p, table)

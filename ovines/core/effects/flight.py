@@ -43,10 +43,10 @@ def _table_tilt(packed: Packed, values: Values, scenario: Scenario) -> Packed:
 
 
 def _vertical_motion(packed: Packed, values: Values, scenario: Scenario) -> Packed:
-    plane = [row for row in packed.drive if row[0] < 2 and row[2] > 0.0]
+    plane = [row for row in packed.drive if row[P.AXIS] < 2 and row[P.OMEGA] > 0.0]
     require(bool(plane), "effects.vertical_motion without a drive along x or y", "a driven Host",
             "give [host.drive], or put a z harmonic there yourself")  # fmt: skip
-    row = np.array([[AXES["z"], values["amplitude_m"], plane[0][2], values["phase_rad"]]])
+    row = np.array([[AXES["z"], values["amplitude_m"], plane[0][P.OMEGA], values["phase_rad"]]])
     return replace(packed.copy(), drive=np.vstack([packed.drive, row]))
 
 

@@ -53,7 +53,7 @@ def _recoil(packed: Packed, values: Values, scenario: Scenario) -> Packed:
         axis, amplitude, omega, phase = row
         if omega > 0.0 and axis != AXES["z"]:
             over = (stiffness - omega**2 + 1j * damping * omega) / (stiffness + 1j * damping * omega)
-            row[1], row[3] = amplitude * abs(over), phase + float(np.angle(over))
+            row[P.AMPLITUDE], row[P.PHASE] = amplitude * abs(over), phase + float(np.angle(over))
     give.k[P.HOST_KIND] = P.SPRUNG
     return give
 

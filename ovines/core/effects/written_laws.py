@@ -92,7 +92,7 @@ def _series(term: Term) -> NDArray[np.complex128]:
 
 def _with_drive(packed: Packed) -> Packed:
     """Rate and phase of the sine along the axis that moves most."""
-    plane = packed.drive[(packed.drive[:, 0] < 2) & (packed.drive[:, 2] > 0.0)]
+    plane = packed.drive[(packed.drive[:, P.AXIS] < 2) & (packed.drive[:, P.OMEGA] > 0.0)]
     found = "a law in step with the drive, and a Host without harmonics"
     require(len(plane) > 0, found, "[host.drive] with a frequency", "give the drive as harmonics")
     main = plane[int(np.argmax(np.abs(plane[:, 1])))]

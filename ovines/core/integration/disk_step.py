@@ -101,14 +101,14 @@ def floor_at(t: float, disk: Disk) -> tuple[float, float, float, float]:
     drive, table = disk.drive, disk.table
     rows = drive.shape[0] if disk.carried else 0
     for row in range(rows):
-        axis, amplitude, omega = drive[row, 0], drive[row, 1], drive[row, 2]
+        axis, amplitude, omega = drive[row, P.AXIS], drive[row, P.AMPLITUDE], drive[row, P.OMEGA]
         if omega == 0.0:  # a constant place
             if axis == X:
                 host_x += amplitude
             elif axis == Y:
                 host_y += amplitude
             continue
-        argument = omega * t + drive[row, 3]
+        argument = omega * t + drive[row, P.PHASE]
         if axis == Z:
             load -= amplitude * omega * omega * math.sin(argument)
             continue

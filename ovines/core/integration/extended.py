@@ -31,11 +31,11 @@ def response(time: Pair, axis: int, stiffness: Pair, damping: Pair, sprung: bool
     """Driven motion of an axis, or a sprung Host's steady answer to it: displacement and rate."""
     q, rate = (0.0, 0.0), (0.0, 0.0)
     for row in range(drive.shape[0]):
-        if int(drive[row, 0]) != axis:
+        if int(drive[row, P.AXIS]) != axis:
             continue
-        amplitude, omega = (drive[row, 1], 0.0), (drive[row, 2], 0.0)
-        sine, cosine = sine_cosine(add(multiply(omega, time), (drive[row, 3], 0.0)))
-        if drive[row, 2] == 0.0:
+        amplitude, omega = (drive[row, P.AMPLITUDE], 0.0), (drive[row, P.OMEGA], 0.0)
+        sine, cosine = sine_cosine(add(multiply(omega, time), (drive[row, P.PHASE], 0.0)))
+        if drive[row, P.OMEGA] == 0.0:
             sine, cosine = (1.0, 0.0), (0.0, 0.0)
         if sprung:
             real, imaginary = add(stiffness, negative(multiply(omega, omega))), multiply(damping, omega)

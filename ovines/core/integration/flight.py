@@ -109,11 +109,11 @@ def quiet_room(system: System, scratch: Floats) -> float:
             return -1.0
         swing = math.sqrt(scratch[S.FREE_PLACES + axis] ** 2 + scratch[S.FREE_RATES + axis] ** 2 / stiffness)
         for row in range(drive.shape[0]):
-            if int(drive[row, 0]) == axis:
-                omega = drive[row, 2]
+            if int(drive[row, P.AXIS]) == axis:
+                omega = drive[row, P.OMEGA]
                 real, imaginary = stiffness - omega * omega, damping * omega
                 gain = (stiffness * stiffness + imaginary * imaginary) / (real * real + imaginary * imaginary)
-                swing += abs(drive[row, 1]) * math.sqrt(gain)
+                swing += abs(drive[row, P.AMPLITUDE]) * math.sqrt(gain)
         square += swing * swing
     offset = math.sqrt(p[P.WALL_X] ** 2 + p[P.WALL_Y] ** 2)
     return p[P.CONTACT_RADIUS] * (1.0 - 1e-12) - offset - math.sqrt(square)

@@ -22,13 +22,13 @@ def drive_slopes(t: float, drive: Floats, out: Floats) -> None:
     """What amplitude factor, frequency factor and phase shift (columns) do to :func:`base_motion` (9 rows)."""
     out[:] = 0.0
     for row in range(drive.shape[0]):
-        axis, amplitude, omega = int(drive[row, 0]), drive[row, 1], drive[row, 2]
+        axis, amplitude, omega = int(drive[row, P.AXIS]), drive[row, P.AMPLITUDE], drive[row, P.OMEGA]
         if axis == Z:
             continue
         if omega == 0.0:
             out[axis, 0] += amplitude
             continue
-        argument = omega * t + drive[row, 3]
+        argument = omega * t + drive[row, P.PHASE]
         sine, cosine = amplitude * math.sin(argument), amplitude * math.cos(argument)
         out[axis, 0] += sine
         out[S.RATES + axis, 0] += omega * cosine
@@ -46,7 +46,7 @@ def response_slopes(t: float, p: Floats, drive: Floats, out: Floats) -> None:
     """The same for a sprung Host's steady response (:func:`sprung_response`; 6 rows)."""
     out[:] = 0.0
     for row in range(drive.shape[0]):
-        axis, amplitude, omega = int(drive[row, 0]), drive[row, 1], drive[row, 2]
+        axis, amplitude, omega = int(drive[row, P.AXIS]), drive[row, P.AMPLITUDE], drive[row, P.OMEGA]
         if axis == Z:
             continue
         if omega == 0.0:
@@ -57,7 +57,7 @@ def response_slopes(t: float, p: Floats, drive: Floats, out: Floats) -> None:
         top, below = complex(stiffness, damping * omega), complex(stiffness - omega * omega, damping * omega)
         gain = top / below
         change = (1j * damping - gain * (-2.0 * omega + 1j * damping)) / below
-        argument = omega * t + drive[row, 3]
+        argument = omega * t + drive[row, P.PHASE]
         turned = amplitude * complex(math.cos(argument), math.sin(argument))
         by_amplitude, by_frequency = gain * turned, omega * (change + 1j * t * gain) * turned
         by_phase = 1j * gain * turned
@@ -92,10 +92,10 @@ def load_slope(t: float, q: Floats, j: int, system: System) -> float:
     total = 0.0
     drive = system.drive
     for row in range(drive.shape[0]):
-        if int(drive[row, 0]) == Z:
-            omega = drive[row, 2]
-            argument = omega * t + drive[row, 3]
-            sine, cosine = drive[row, 1] * math.sin(argument), drive[row, 1] * math.cos(argument)
+        if int(drive[row, P.AXIS]) == Z:
+            omega = drive[row, P.OMEGA]
+            argument = omega * t + drive[row, P.PHASE]
+            sine, cosine = drive[row, P.AMPLITUDE] * math.sin(argument), drive[row, P.AMPLITUDE] * math.cos(argument)
             total -= (
                 omega
                 * omega

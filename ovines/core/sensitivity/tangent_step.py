@@ -81,11 +81,11 @@ def carried_slopes(t: float, drive: Floats, out: Floats) -> None:
     for n in range(9):
         out[n] = 0.0
     for row in range(drive.shape[0]):
-        axis, omega = int(drive[row, 0]), drive[row, 2]
+        axis, omega = int(drive[row, P.AXIS]), drive[row, P.OMEGA]
         if omega == 0.0 or axis == ROTATION:
             continue
-        argument = omega * t + drive[row, 3]
-        sine, cosine = drive[row, 1] * math.sin(argument), drive[row, 1] * math.cos(argument)
+        argument = omega * t + drive[row, P.PHASE]
+        sine, cosine = drive[row, P.AMPLITUDE] * math.sin(argument), drive[row, P.AMPLITUDE] * math.cos(argument)
         if axis == Z:
             out[6] -= omega * omega * sine
             out[7] -= omega * omega * (2.0 * sine + omega * t * cosine)

@@ -28,14 +28,14 @@ def base_motion(t: float, k: Ints, drive: Floats, table: Floats, out: Floats) ->
     for i in range(9):
         out[i] = 0.0
     for row in range(drive.shape[0]):
-        axis = int(drive[row, 0])
+        axis = int(drive[row, P.AXIS])
         if axis == Z:
             continue
-        amplitude, omega = drive[row, 1], drive[row, 2]
+        amplitude, omega = drive[row, P.AMPLITUDE], drive[row, P.OMEGA]
         if omega == 0.0:  # a constant: its sine is in the amplitude already
             out[axis] += amplitude
             continue
-        argument = omega * t + drive[row, 3]
+        argument = omega * t + drive[row, P.PHASE]
         sine, cosine = math.sin(argument), math.cos(argument)
         out[axis] += amplitude * sine
         out[S.RATES + axis] += amplitude * omega * cosine
@@ -75,9 +75,9 @@ def vertical_acceleration(t: float, k: Ints, drive: Floats, table: Floats) -> fl
     """Host's acceleration along z (m/s^2); it modulates the load on the Host's floor."""
     total = 0.0
     for row in range(drive.shape[0]):
-        if int(drive[row, 0]) == Z:
-            omega = drive[row, 2]
-            total -= drive[row, 1] * omega * omega * math.sin(omega * t + drive[row, 3])
+        if int(drive[row, P.AXIS]) == Z:
+            omega = drive[row, P.OMEGA]
+            total -= drive[row, P.AMPLITUDE] * omega * omega * math.sin(omega * t + drive[row, P.PHASE])
     if k[P.HAS_TABLE]:
         i = table_piece(t, table)
         total += 2.0 * table[i, 14] + 6.0 * (t - table[i, 0]) * table[i, 13]
@@ -89,10 +89,10 @@ def vertical_motion(t: float, k: Ints, drive: Floats, table: Floats) -> tuple[fl
     """Host's z and its rate (m, m/s)."""
     z, rate = 0.0, 0.0
     for row in range(drive.shape[0]):
-        if int(drive[row, 0]) == Z:
-            argument = drive[row, 2] * t + drive[row, 3] if drive[row, 2] > 0.0 else 0.5 * math.pi
-            z += drive[row, 1] * math.sin(argument)
-            rate += drive[row, 1] * drive[row, 2] * math.cos(argument)
+        if int(drive[row, P.AXIS]) == Z:
+            argument = drive[row, P.OMEGA] * t + drive[row, P.PHASE] if drive[row, P.OMEGA] > 0.0 else 0.5 * math.pi
+            z += drive[row, P.AMPLITUDE] * math.sin(argument)
+            rate += drive[row, P.AMPLITUDE] * drive[row, P.OMEGA] * math.cos(argument)
     if k[P.HAS_TABLE]:
         i = table_piece(t, table)
         s = t - table[i, 0]
@@ -128,18 +128,18 @@ def sprung_response(t: float, axis: int, p: Floats, drive: Floats) -> tuple[floa
     stiffness, damping = p[P.STIFFNESS_X + axis] * inverse, p[P.DAMPING_X + axis] * inverse
     q, rate = 0.0, 0.0
     for row in range(drive.shape[0]):
-        if int(drive[row, 0]) != axis:
+        if int(drive[row, P.AXIS]) != axis:
             continue
-        omega = drive[row, 2]
+        omega = drive[row, P.OMEGA]
         # (k + i c w) / (k - w^2 + i c w), both per unit mass
         real, imaginary = stiffness - omega * omega, damping * omega
         size = real * real + imaginary * imaginary
         gain = (stiffness * real + imaginary * imaginary) / size
         lag = imaginary * (real - stiffness) / size
-        argument = omega * t + drive[row, 3] if omega > 0.0 else 0.5 * math.pi
+        argument = omega * t + drive[row, P.PHASE] if omega > 0.0 else 0.5 * math.pi
         sine, cosine = math.sin(argument), math.cos(argument)
-        q += drive[row, 1] * (gain * sine + lag * cosine)
-        rate += drive[row, 1] * omega * (gain * cosine - lag * sine)
+        q += drive[row, P.AMPLITUDE] * (gain * sine + lag * cosine)
+        rate += drive[row, P.AMPLITUDE] * omega * (gain * cosine - lag * sine)
     return q, rate
 
 

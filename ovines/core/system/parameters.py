@@ -58,6 +58,9 @@ N_WORK = 19  # and three for a step of a disk
 ROUND, OBSTACLE, EDGES = 0, 1, 2
 PAIR = 1000  # two walls in one number: first + PAIR * second
 
+# columns of a drive's rows: axis (x, y, rotation, z), amplitude (m, rad), angular frequency (rad/s), phase (rad)
+AXIS, AMPLITUDE, OMEGA, PHASE = range(4)
+
 # columns of the impact record
 (TIME, AZIMUTH, NORMAL_BEFORE, NORMAL_AFTER, TANGENTIAL_BEFORE, TANGENTIAL_AFTER, SPIN_BEFORE, SPIN_AFTER,
  STUCK, WALL, LOST, LOST_ALONG, WORKED, NORMAL) = range(14)  # fmt: skip
