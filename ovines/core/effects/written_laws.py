@@ -95,6 +95,6 @@ def _with_drive(packed: Packed) -> Packed:
     plane = packed.drive[(packed.drive[:, P.AXIS] < 2) & (packed.drive[:, P.OMEGA] > 0.0)]
     found = "a law in step with the drive, and a Host without harmonics"
     require(len(plane) > 0, found, "[host.drive] with a frequency", "give the drive as harmonics")
-    main = plane[int(np.argmax(np.abs(plane[:, 1])))]
-    phase = main[3] if main[1] >= 0.0 else main[3] + math.pi
-    return with_floats(packed, {P.DRIVE_RATE: main[2], P.DRIVE_PHASE: phase})
+    main = plane[int(np.argmax(np.abs(plane[:, P.AMPLITUDE])))]
+    phase = main[P.PHASE] if main[P.AMPLITUDE] >= 0.0 else main[P.PHASE] + math.pi
+    return with_floats(packed, {P.DRIVE_RATE: main[P.OMEGA], P.DRIVE_PHASE: phase})
