@@ -40,7 +40,7 @@ def test_the_commands_of_contributing_are_there():
     """Each row's tool comes with the extras of its first row, and the hooks run the tools of the lint row."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| ([\w ]+) \| `([^`]+)`", text, re.MULTILINE))
-    assert set(rows) == {"set up", "test", "lint", "documentation"}
+    assert set(rows) == {"set up", "test", "test all cases", "lint", "documentation"}
     extras = re.search(r"\.\[([\w,]+)\]", rows["set up"])[1].split(",")
     packages = {plain(name) for extra in extras for name in PROJECT["optional-dependencies"][extra]}
     tools = set(re.findall(r"\.venv/bin/([\w-]+)", rows["lint"] + rows["documentation"] + text)) - {

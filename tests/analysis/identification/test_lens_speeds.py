@@ -28,7 +28,7 @@ def test_the_gradient_is_that_of_the_basis():
 class Seen:
     """What the lens' share needs of the law's data."""
 
-    index: np.ndarray
+    at: SimpleNamespace
     before: np.ndarray
     after: np.ndarray
     normal_sd: np.ndarray
@@ -50,7 +50,7 @@ def impacts_seen_through(scales: np.ndarray, rng: np.random.Generator, count: in
     state[:, 3:5], state[:, 9:11] = before * (1 + scales), after * (1 + scales)
     seen = [np.sum((state[:, at : at + 2] - host_velocity) * normal, 1) for at in (3, 9)]
     impacts = SimpleNamespace(junctions=SimpleNamespace(state=state), normal_rad=azimuth)
-    return impacts, Seen(np.arange(count), seen[0], -seen[1], np.full(count, 1e-4))
+    return impacts, Seen(SimpleNamespace(index=np.arange(count)), seen[0], -seen[1], np.full(count, 1e-4))
 
 
 def test_speeds_too_long_move_the_restitution_as_far_as_its_sd_says():

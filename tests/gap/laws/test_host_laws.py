@@ -126,7 +126,7 @@ def test_multipliers_are_in_rig_units():
     """What fades does so within a share of the rig's own length and time."""
     small = of_flights(RigScales(0.04, 1.3, 0.06, 1.1, 70.0, 53.0))
     large = of_flights(RigScales(0.4, 13.0, 0.6, 11.0, 7.0, 5.3))
-    lengths = ("gap", "since", "time", "speed", "sliding_speed", "radius", "from_contact")
+    lengths = ("gap", "since", "time", "speed", "sliding_speed", "last_left", "radius", "from_contact")
     for one, other in zip(small, large, strict=True):
         for (numbers, _), (larger, _) in zip(one.starts, other.starts, strict=True):
             pairs = zip(one.make(*numbers), other.make(*larger), strict=True)
