@@ -47,9 +47,9 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_modifyitems(config, items):
-    """The whole suite leaves out further cases; whoever names a file, a folder or a word gets all of it."""
+    """The whole suite leaves out further cases; whoever names a file, a folder, a word or a mark gets all of it."""
     named = any(Path(arg.partition("::")[0]).resolve() not in SUITE for arg in config.args)
-    if named or config.option.keyword or config.option.all_cases:
+    if named or config.option.keyword or config.option.markexpr != WHOLE or config.option.all_cases:
         return
     items[:], further = without_further(items)
     config.hook.pytest_deselected(items=further)
@@ -83,7 +83,8 @@ def pytest_xdist_make_scheduler(config, log):
     return WorkStealingScheduling(config, log) if config.getoption("dist") == "load" else None
 
 
-#: what stands for the whole suite
+#: what stands for the whole suite: its folders, and the marks that pyproject.toml asks for
+WHOLE = "not long"
 SUITE = (Path(__file__).resolve().parent, Path(__file__).resolve().parents[1])
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 OFFSET_PX = {"VW1": (0, 1192), "VW2": (0, 900)}
