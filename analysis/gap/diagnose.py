@@ -17,7 +17,7 @@ from analysis.gap.cause import Cause, Structure
 from analysis.gap.estimates import Estimates, estimated
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.belief import followed_by
-from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.found_law import LawFound, law_file
 from analysis.gap.next_test.choice import NextTests, law_in, next_tests
 from analysis.gap.next_test.laws import why_no_setting
 from analysis.gap.prediction import predict
@@ -93,7 +93,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
         "equivalent": _equivalent(causes),
         "stage": None if strongest is None else strongest.stage,
         "left": [_left(one, ladder.series) for one in ladder.structure],
-        "laws": [law.entry(f"law-{i + 1}.toml", rng) for i, law in enumerate(laws)],
+        "laws": [law.entry(law_file(number), rng) for number, law in enumerate(laws, 1)],
         "probabilities": probabilities(
             ladder, causes, judged.detectable, float(np.mean(list(seen.values()))), [law.p for law in laws]
         ),

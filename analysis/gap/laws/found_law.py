@@ -100,6 +100,11 @@ class LawFound:
         }
 
 
+def law_file(number: int) -> str:
+    """The file of a series' law by its number, from 1."""
+    return f"law-{number}.toml"
+
+
 def others_of(found: Found, frame: RigFrame) -> tuple[Other, ...]:
     """The nearest other formulas, in the world."""
     beside = tuple(term for part in found.parts[1:] for term in part.terms)

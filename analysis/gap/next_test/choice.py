@@ -15,7 +15,7 @@ import numpy as np
 
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
-from analysis.gap.laws.found_law import LawFound
+from analysis.gap.laws.found_law import LawFound, law_file
 from analysis.gap.next_test.effects import SIMULATED, effect_information, rival_of
 from analysis.gap.next_test.laws import STAGES, OpenForm, law_information, open_form
 from analysis.gap.next_test.recording import AS_RECORDED, SETTINGS, Recorded, Rig, Setting, record, starts
@@ -157,17 +157,12 @@ def law_tests(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound],
     best = [settings[0].sd for settings in ranked]
     chosen = min(range(len(best)), key=lambda k: (best[k] < LEAST_SEPARATION, form.others[k].told_apart, best[k]))
     formula, other = as_text(form.law.law), as_text(form.others[chosen].law)
-    return NextTests(formula, other, duration_of(rig), count, ranked[chosen], file_of(form.number))
-
-
-def file_of(number: int) -> str:
-    """The file of a series' law by its number, from 1."""
-    return f"law-{number}.toml"
+    return NextTests(formula, other, duration_of(rig), count, ranked[chosen], law_file(form.number))
 
 
 def law_in(file: str | None, laws: Sequence[LawFound]) -> LawFound | None:
     """The law of a series that stands in a file; None where none does."""
-    return next((one for number, one in enumerate(laws, 1) if file_of(number) == file), None)
+    return next((one for number, one in enumerate(laws, 1) if law_file(number) == file), None)
 
 
 def rig_with_laws(ladder: Ladder, causes: Sequence[Cause], laws: Sequence[LawFound]) -> Rig:

@@ -187,13 +187,14 @@ def law_files(out: Path) -> list[str]:
 
 def write_law_files(laws: Sequence[LawFound], name: str, out: Path) -> None:
     """``law-1.toml`` and on; those of an earlier diagnosis are removed."""
+    from analysis.gap.laws.found_law import law_file
     from ovines.law_file import law_text
 
     for old in law_files(out):
         (out / old).unlink()
     for number, one in enumerate(laws, 1):
         said = [f"p = {one.p:.2g} by chance; what else it may be stands in diagnosis.json"]
-        write_text_whole(law_text(one.law, f"law {number} of {name}", said), out / f"law-{number}.toml")
+        write_text_whole(law_text(one.law, f"law {number} of {name}", said), out / law_file(number))
 
 
 def details(summary: Mapping[str, Any]) -> list[str]:
