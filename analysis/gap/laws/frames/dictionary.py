@@ -30,6 +30,7 @@ from analysis.gap.laws.frames.forms.followed import (
 )
 from analysis.gap.laws.frames.forms.making import followed
 from analysis.gap.laws.frames.forms.rates import best_rates
+from analysis.gap.laws.frames.forms.steps import best_steps
 from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]
@@ -57,7 +58,8 @@ def frame_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidat
     for camera in sorted({key[1] for key in rows.units if key[0] == "picture_u"}):
         out += shifts_by_run(known, camera)
     units = {WORDS[key[0]]: (partial(_term, key), unit[:, None]) for key, unit in rows.units.items()}
-    return [*out, *best_rates(units, rows, rng)]
+    steps = best_steps({word: make for word, (make, _) in units.items()}, rows, rng)
+    return [*out, *steps, *best_rates(units, rows, rng)]
 
 
 def disk_candidates(rows: FrameRows, rng: np.random.Generator) -> list[Candidate]:
@@ -91,7 +93,7 @@ def marker_candidates(rows: MarkerRows, rng: np.random.Generator) -> list[Candid
         out += struck_rim(word, make)
     else:
         out += with_host(word, make, rows.known)
-    return [*out, *best_rates({word: (make, rows.unit)}, rows, rng)]
+    return [*out, *best_steps({word: make}, rows, rng), *best_rates({word: (make, rows.unit)}, rows, rng)]
 
 
 def _term(key: Key, *factors: Factor) -> tuple[Term, ...]:

@@ -318,7 +318,8 @@ def _beside_drive(time_s: Array, host: HostMotion) -> tuple[NDArray[np.int64], A
     lines += [t * np.cos(turn), t * np.sin(turn)]
     for rate, size in zip(host.lines_rad_per_s, _line_sizes(host), strict=True):
         if size > LEAST_LINE * host.amplitude_m:
-            lines += [np.cos(rate * t), np.sin(rate * t)]
+            wave = [np.cos(rate * t), np.sin(rate * t)]
+            lines += [*wave, *(t * one for one in wave)]
     basis = np.linalg.qr(np.column_stack(lines))[0]
     # What no line explains may be the delay itself: it is asked again, whatever has described the path.
     velocity, place = host.at(time_s, 1)[use, :2], host.at(time_s)[use, :2] + host.residual[use, :2]

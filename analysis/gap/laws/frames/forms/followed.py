@@ -35,8 +35,8 @@ STOPS = (0.3, 1.0)
 DRAWN = 0.5
 # Directions (rad) of a line along which the disk's place is followed up to an end.
 FOLLOWED_LINES = tuple(math.pi * i / 4 for i in range(4))
-# Shares of a run (and of the longest run's time) at which a step is tried, and in which something settles.
-STEPS, SETTLES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9), (0.05, 0.2)
+# Shares of a run in which something settles.
+SETTLES = (0.05, 0.2)
 
 
 def settled(word: str, make: Make, known: Array) -> Iterator[Candidate]:
@@ -44,13 +44,10 @@ def settled(word: str, make: Make, known: Array) -> Iterator[Candidate]:
     run_s, period_s = float(known[:, W.TIME].max()), period_s_of(known)
     driven = bool(np.any(known[:, W.CLOCK] > 0))
     follows = partial(followed, word, make)
-    for quantity, span in (("time", run_s), ("share", 1.0)):
+    for quantity in ("time", "share"):
         line = Factor(quantity)
         yield follows(f"linear in {quantity}", line)
         yield follows(f"linear and square in {quantity}", line, Factor(quantity, "power", 2.0))
-        for share in STEPS:
-            step = partial(scaled, make, quantity, "below")
-            yield Candidate(f"{word}, a step in {quantity}", step, (share * span,), (0.05,), (True,))
     for share in SETTLES:
         settling = partial(scaled, make, "time", "exponential")
         yield Candidate(f"{word}, settling in time", settling, (share * run_s,), (0.3,), (True,))
