@@ -14,6 +14,7 @@ from matplotlib.quiver import Quiver
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.markers import BOARD_M
 from analysis.blind.recording.picture import BUTTON_S, REFOCUS_PX
+from analysis.blind.recording.place import HOME
 from analysis.blind.series import make_series
 from analysis.gap.cause import two_sided
 from analysis.gap.diagnose import verdict_of
@@ -45,8 +46,8 @@ from ovines.recording import read_series
 from tests.gap.conftest import laws_and_ladder
 
 
-def written(folder, kind, size=0.8, seed=2, laws=(), runs=2):
-    made = make_series(kind, size, np.random.default_rng(seed), runs, "white")
+def written(folder, kind, size=0.8, seed=2, laws=(), runs=2, drive="sine"):
+    made = make_series(kind, size, np.random.default_rng(seed), runs, "white", place=replace(HOME, drive=drive))
     if not folder.exists():
         write_series(made, folder)
     return made, load_series(read_series(folder), folder / "results", laws)[0]
@@ -94,9 +95,10 @@ def test_a_camera_that_was_touched_as_a_run_began_rings_out(tmp_path):
 
 
 @pytest.mark.further
-def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
+@pytest.mark.parametrize("drive", ["sine", "two_lines"])
+def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path, drive):
     """A period, at the share of the run; in true times the Host keeps its drive."""
-    made, series = written(tmp_path / "s", "unknown_skipped_frame")
+    made, series = written(tmp_path / "s", "unknown_skipped_frame", drive=drive)
     law, after = find_clock_law(series, np.random.default_rng(0))
     assert law is not None
     (term,) = law.law.terms
@@ -109,9 +111,11 @@ def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path):
     assert left < 1.3 < 0.1 * before
 
 
-def test_a_trigger_whose_every_other_frame_is_late_alternates(tmp_path):
-    """Seen at the highest frequency that frames can tell."""
-    made, series = written(tmp_path / "s", "unknown_alternating_clock", runs=1)
+@pytest.mark.parametrize("drive", ["sine", "chirp"])
+def test_a_trigger_whose_every_other_frame_is_late_alternates(tmp_path, drive):
+    """Seen at the highest frequency that frames can tell; a drive that sweeps has no lines beside which it is seen,
+    but a path that is smoother."""
+    made, series = written(tmp_path / "s", "unknown_alternating_clock", runs=3, drive=drive)
     law, _ = find_clock_law(series, np.random.default_rng(0))
     assert law is not None
     (term,) = law.law.terms
@@ -127,8 +131,8 @@ def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
     """Every other frame late by more than a period, or times off by whole frames: no camera films so, whatever fits the
     Host's path; nothing is measured by such times."""
     law = SimpleNamespace(law=None)
-    monkeypatch.setattr(clock_law, "clock_rows", lambda series: None)
-    monkeypatch.setattr(clock_law, "_law_of", lambda rows, series, rng: [law])
+    monkeypatch.setattr(clock_law, "clock_rows", lambda series, by_lines=True: None)
+    monkeypatch.setattr(clock_law, "_law_of", lambda rows, series, rng, candidates: [law])
     measured = []
     monkeypatch.setattr(clock_law, "without_frame_laws", lambda series, laws: measured.append(laws))
 
@@ -136,7 +140,7 @@ def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
         monkeypatch.setattr(clock_law, "true_times", lambda series, law: [np.array(times)])
         return find_clock_law(as_it_came, np.random.default_rng(0))
 
-    run = SimpleNamespace(data=SimpleNamespace(time_s=np.arange(4.0)))
+    run = SimpleNamespace(data=SimpleNamespace(time_s=np.arange(4.0), host=SimpleNamespace(smooth=(None,) * 4)))
     as_it_came = SimpleNamespace(period_s=1.0, runs=[run])
     assert corrected([0.0, 1.2, 2.0, 3.2])[0] is law
     assert corrected([0.0, 1.6, 2.0, 3.6]) == (None, as_it_came)

@@ -35,6 +35,9 @@ SHORTEST_PERIODS = 0.5
 # A clock that cameras share is off by parts of a frame (what the plant's clocks do: 0.1 to 0.7 of one).  A sweep whose
 # level and phase are not followed passes for one that is off by 5 to 26 frames, the more the longer the run.
 MOST_PERIODS = 2.0
+# A path that is followed as it goes leaves this share of a form's squares at the least where it tells of it: 1e-5 of
+# one that goes slowly in a run, 0.008 of a step, half or more of what is faster.
+LEAST_FREE = 1e-3
 # Sd of what a lens residual stretches a marker's way by: RMS over the markers of eight series with smooth residuals of
 # 0.14 to 0.45 px.
 LENS_SHEAR_SD = 0.001
@@ -98,15 +101,28 @@ def find_marker_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[La
 def find_clock_law(series: Series, rng: np.random.Generator) -> tuple[LawFound | None, Series]:
     """The law of the clock that all cameras share, and the series in the times that it tells; none where frames would
     follow each other faster than cameras film, or out of their order, or where times would be off by whole frames."""
-    found = _law_of(clock_rows(series), series, rng)
-    if not found:
-        return None, series
-    law, shortest_s = found[0].law, SHORTEST_PERIODS * series.period_s
-    true_s = true_times(series, law)
+    # A drive that sweeps has no lines, and passes for a clock that is far off: its path is asked.
+    for by_lines in (True, False):
+        if by_lines or any(any(run.data.host.smooth) for run in series.runs):
+            rows = clock_rows(series, by_lines)
+            told = None if rows is None else [one for one in frame_candidates(rows, rng) if _tells(rows, one)]
+            found = _law_of(rows, series, rng, told)
+            if found and _keeps_frames(found[0], series):
+                return found[0], without_frame_laws(series, [found[0].law])
+    return None, series
+
+
+def _tells(rows: FrameRows, one: Candidate) -> bool:
+    """Whether the Host's path, without its drive, says anything of a form."""
+    free, whole = (np.sum(some.columns(one.terms) ** 2, axis=0) for some in (rows, replace(rows, bases=())))
+    return bool(np.all(free > LEAST_FREE * whole))
+
+
+def _keeps_frames(law: LawFound, series: Series) -> bool:
+    """Whether frames, by a law of the clock, stay in their order, no nearer than cameras film, and near their times."""
+    true_s, shortest_s = true_times(series, law.law), SHORTEST_PERIODS * series.period_s
     off_s = max(float(np.ptp(time_s - run.data.time_s)) for time_s, run in zip(true_s, series.runs, strict=True))
-    if off_s > MOST_PERIODS * series.period_s or not all(np.all(np.diff(time_s) > shortest_s) for time_s in true_s):
-        return None, series
-    return found[0], without_frame_laws(series, [law])
+    return off_s <= MOST_PERIODS * series.period_s and all(np.all(np.diff(time_s) > shortest_s) for time_s in true_s)
 
 
 def _law_of(

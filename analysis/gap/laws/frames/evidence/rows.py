@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
 from scipy.special import gammaincinv
 
 from analysis.flights.cutting.runs import Run
@@ -51,6 +52,9 @@ OVERTONES, FEWEST_FRAMES = 6, 60
 LEAST_LINE = 0.1
 # What no line explains is less than this share of the drive: else it starts, stops or sweeps.
 MOST_BESIDE = 0.2
+# A drive without lines is followed by splines of this degree, with knots at so many frames, the first of these that
+# leave hardly more than any: what they follow says nothing of a clock.
+DEGREE, KNOT_FRAMES, FOLLOWS = 5, (64, 48, 32, 24, 16, 12, 8, 6), 1.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,10 +276,11 @@ def _over_noise(
     return value * weight, weight
 
 
-def clock_rows(series: Series) -> FrameRows | None:
-    """What the Host's path beside its drive says of a delay of all cameras; None where no run has a drive of harmonics.
+def clock_rows(series: Series, by_lines: bool = True) -> FrameRows | None:
+    """What the Host's path beside its drive says of a delay of all cameras; None where it says nothing.
 
-    Of each run the drive's lines are projected out, their frequency and the level's drift among them."""
+    Of each run the drive's lines are projected out, their frequency and the level's drift among them; or, not
+    ``by_lines``, all that is as smooth as the path is: what a clock does at once, or faster, stays."""
     known, begins = every_frame(series)
     values: list[Array] = []
     units: list[Array] = []
@@ -283,7 +288,7 @@ def clock_rows(series: Series) -> FrameRows | None:
     bases: list[tuple[slice, Array]] = []
     row = 0
     for number, run in enumerate(series.runs):
-        path = _beside_drive(run.data.time_s, run.data.host)
+        path = (_beside_drive if by_lines else _beside_path)(run.data.time_s, run.data.host)
         if path is None:
             continue
         use, residual, velocity, basis = path
@@ -326,9 +331,41 @@ def _beside_drive(time_s: Array, host: HostMotion) -> tuple[NDArray[np.int64], A
     place = place - basis @ (basis.T @ place)
     if np.std(place, 0).max() > MOST_BESIDE * host.amplitude_m:
         return None
+    return use, _clipped(place), velocity, basis
+
+
+def _beside_path(time_s: Array, host: HostMotion) -> tuple[NDArray[np.int64], Array, Array, Array] | None:
+    """As :func:`_beside_drive`, of a path that no lines describe: splines as coarse as follow it."""
+    if not host.moves or len(host.residual) != len(time_s):
+        return None
+    use = np.flatnonzero(np.isfinite(host.residual[:, :2]).all(1))
+    if len(use) < FEWEST_FRAMES:
+        return None
+    place, velocity = host.at(time_s)[use, :2] + host.residual[use, :2], host.at(time_s, 1)[use, :2]
+    followed: list[tuple[float, Array, Array]] = []
+    for frames in KNOT_FRAMES:
+        basis = np.linalg.qr(_splines(time_s[use], frames))[0]
+        left = place - basis @ (basis.T @ place)
+        # Over what is left free: more knots explain more of the noise alone.
+        spread = [residual_sd(column) for column in left.T]
+        followed.append((float(np.hypot(*spread)) / np.sqrt(1 - basis.shape[1] / len(use)), left, basis))
+    least = min(noise for noise, _, _ in followed)
+    _, left, basis = next(one for one in followed if one[0] <= FOLLOWS * least)
+    return use, _clipped(left), velocity, basis
+
+
+def _splines(time_s: Array, frames: int) -> Array:
+    """Splines (N, Q) with a knot at every so many frames of a path."""
+    count = max(len(time_s) // frames, 1)
+    knots = np.concatenate(
+        [[time_s[0]] * DEGREE, np.quantile(time_s, np.linspace(0, 1, count + 1)), [time_s[-1]] * DEGREE]
+    )
+    return np.asarray(BSpline.design_matrix(time_s, knots, DEGREE).toarray(), float)
+
+
+def _clipped(place: Array) -> Array:
     limit = CLIP_SD * np.array([residual_sd(column) for column in place.T])
-    place = np.clip(place, -limit, limit)
-    return use, place, velocity, basis
+    return np.asarray(np.clip(place, -limit, limit), float)
 
 
 def _line_sizes(host: HostMotion) -> Array:
