@@ -148,7 +148,7 @@ def _late(residuals: list[tuple[int, Array, Array]], series: Series, clock_s: fl
     delays, sds = [], []
     for number, _, world in residuals:
         host = series.runs[number].data.host
-        if host.omega_rad_per_s == 0 or len(world) != len(series.runs[number].data.time_s):
+        if not host.moves or len(world) != len(series.runs[number].data.time_s):
             continue
         velocity = host.at(series.runs[number].data.time_s, 1)[:, :2]
         along = velocity / max(float(np.sqrt(np.mean(np.sum(velocity**2, 1)))), 1e-9)

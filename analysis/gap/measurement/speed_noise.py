@@ -56,15 +56,15 @@ class _Squares:
 
 
 def speed_noise(series: Series) -> list[Finding]:
-    """``trigger_jitter`` and ``motion_blur``; nothing where no Host follows a drive.
+    """``trigger_jitter`` and ``motion_blur``; nothing where no Host moves.
 
     Where nothing is smeared, the axis that moves most tells the jitter by itself.  The fit of the Host's path takes a
     part of either with it, and leaves some of the one in the form of the other: how much, a drawn scatter of the same
     size tells, which is fitted in the same way."""
-    driven = [number for number, run in enumerate(series.runs) if run.data.host.omega_rad_per_s]
-    runs = [series.runs[number] for number in driven]
+    moving = [number for number, run in enumerate(series.runs) if run.data.host.moves]
+    runs = [series.runs[number] for number in moving]
     pairs = [_residuals(run.data.host.residual, run.data.host.at(run.data.time_s, 1)) for run in runs]
-    at = np.array([number for number, pair in zip(driven, pairs, strict=True) if len(pair[0])], np.int64)
+    at = np.array([number for number, pair in zip(moving, pairs, strict=True) if len(pair[0])], np.int64)
     pairs = [pair for pair in pairs if len(pair[0])]
     if not pairs:
         return []
@@ -130,7 +130,7 @@ def _drawn(runs: Sequence[Run], jitter_s: float, blur_s: float, rng: np.random.G
         blur_m = blur_s * np.hypot(*velocity[:, :2].T)
         off[:, :2] += blur_m[:, None] * rng.standard_normal((len(time_s), 2))
         off[~np.isfinite(run.host_table[:, :4])] = np.nan
-        again = fit_host_motion(time_s, host.at(time_s) + off, sd, host.frequency_hz)
+        again = fit_host_motion(time_s, host.at(time_s) + off, sd, host.frequency_hz or None)
         drawn.append(_residuals(off, velocity))
         fitted.append(_residuals(again.residual, again.at(time_s, 1)))
     full = [k for k, (residual, _) in enumerate(fitted) if len(residual)]

@@ -11,7 +11,7 @@ from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.flight_law import force_gain
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit
+from analysis.gap.laws.frames.believed import interpolated_misfit, middle_misfit, typical_misfit
 from analysis.gap.laws.frames.bodies.at_blows import find_blow_law
 from analysis.gap.laws.frames.bodies.card import find_card_law
 from analysis.gap.laws.frames.bodies.own_way import find_way_law
@@ -83,12 +83,14 @@ def measurement_laws(
     if found:
         laws, series, best = (*laws, *found), corrected, run_ladder(corrected, rng, withheld)
         reported = reported or [_marker_structure(one) for one in found]
-    # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, or nothing.  A drive
-    # that sweeps passes for a clock: the disk's flights are asked, too.
+    # A clock that all cameras share leaves nothing between them: it passes for a sway, a force, scattered frames, or
+    # nothing.  A drive that sweeps passes for a clock: the disk's flights are asked, too, before anything is named, for
+    # what is named may have taken the clock with it.
     clock, corrected = find_clock_law(series, rng)
     if clock is not None and believed(clock, 1.0, 0.0) is not None:
         again = run_ladder(corrected, rng, withheld)
-        if _misfit(again) < _misfit(best) * (1 / WORSE if _found(again) > _found(best) else HARDLY_WORSE):
+        most = 1 / WORSE if _found(again) > _found(best) else HARDLY_WORSE
+        if typical_misfit(corrected) < most * typical_misfit(series):
             laws, series, best = (*laws, clock), corrected, again
             reported = reported or [structure_of_clock(clock, ladder.series.period_s)]
     # How the card with the disk's markers lies on it: what stays from blow to blow no probe tells.

@@ -109,7 +109,7 @@ def _jitter(ax: Axes, ladder: Ladder) -> bool:
     jitter = _finding(ladder, "trigger_jitter")
     for run in ladder.series.runs:
         host, t = run.data.host, run.data.time_s
-        if host.omega_rad_per_s == 0:
+        if not host.moves:
             continue
         velocity = host.at(t, 1)[:, :2]
         axis = int(np.argmax(np.abs(velocity).max(0)))

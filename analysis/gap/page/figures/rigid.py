@@ -42,7 +42,7 @@ def rigid_figure(ladder: Ladder) -> Figure | None:
     pulled = any(one.goes_with.endswith(ACCELERATION) for one in ladder.structure)
     for number, _, world in marker_residuals(series, "host"):
         run = series.runs[number]
-        if run.data.host.omega_rad_per_s == 0 or len(world) != len(run.data.time_s):
+        if not run.data.host.moves or len(world) != len(run.data.time_s):
             continue
         moves = run.data.host.at(run.data.time_s, 2 if pulled else 1)[:, :2]
         along = moves / max(float(np.sqrt(np.mean(np.sum(moves**2, 1)))), 1e-9)
