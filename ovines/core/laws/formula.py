@@ -190,6 +190,11 @@ def _text_quantity(one: Factor, term: Term) -> str:
     return name
 
 
+def _after_seen_blow(one: Factor) -> bool:
+    """Whether a factor is 1 after a blow that was seen: what goes with the blow before is nothing without one."""
+    return (one.quantity, one.function, one.scale) == ("last_left", "beyond", 0.0)
+
+
 def _text_factor(one: Factor, term: Term) -> str:
     unit, name = _text_unit(QUANTITIES[one.quantity].unit), _text_quantity(one, term)
     if one.function == "power":
@@ -206,6 +211,8 @@ def _text_factor(one: Factor, term: Term) -> str:
         return f"exp(-({name} / {one.scale:.4g}{unit})^2 / 2)"
     if one.function == "below":
         return f"[{name} < {one.scale:.4g}{unit}]"
+    if _after_seen_blow(one):
+        return "[after a blow that was seen]"
     if one.function == "beyond":
         return f"[{name} >= {one.scale:.4g}{unit}]"
     if one.function == "above":
@@ -294,6 +301,8 @@ def _latex_factor(one: Factor) -> str:
         return rf"e^{{-\frac{{1}}{{2}}({symbol}/{scale})^2}}"
     if one.function == "below":
         return rf"[{symbol}<{scale}]"
+    if _after_seen_blow(one):
+        return r"[\mathrm{after\ a\ blow\ that\ was\ seen}]"
     if one.function == "beyond":
         return rf"[{symbol}\geq{scale}]"
     if one.function in ("above", "tanh", "decay", "rising", "rational", "within"):

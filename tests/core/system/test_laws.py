@@ -213,6 +213,14 @@ def test_what_rises_and_what_sets_in():
     assert as_text(WrittenLaw(sides[1:])) == "spin' += 1 1/s^2 * [spin >= 3 rad/s]"
 
 
+def test_a_law_after_a_blow_says_so_in_words():
+    """Any speed after it is beyond 0; a threshold that is none reads as what it means."""
+    seen, fast = (Factor("last_left", "beyond", 1.0, speed) for speed in (0.0, 0.5))
+    law = WrittenLaw((Term("floor_friction", 0.3, (seen,)), Term("floor_friction", 0.2, (fast,))))
+    assert "* [after a blow that was seen]" in as_text(law) and "[last_left >= 0.5 m/s]" in as_text(law)
+    assert r"[\mathrm{after\ a\ blow\ that\ was\ seen}]" in as_latex(law)
+
+
 @pytest.mark.further
 @pytest.mark.parametrize(
     ("term", "rounded_rad"),

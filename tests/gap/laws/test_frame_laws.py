@@ -132,7 +132,7 @@ def test_no_clock_puts_frames_out_of_their_order(monkeypatch):
     Host's path; nothing is measured by such times."""
     law = SimpleNamespace(law=None)
     monkeypatch.setattr(clock_law, "clock_rows", lambda series, by_lines=True: None)
-    monkeypatch.setattr(clock_law, "_law_of", lambda rows, series, rng, candidates: [law])
+    monkeypatch.setattr(clock_law, "_law_of", lambda rows, series, rng: [law])
     measured = []
     monkeypatch.setattr(clock_law, "without_frame_laws", lambda series, laws: measured.append(laws))
 

@@ -30,8 +30,9 @@ from analysis.gap.series import Series
 MOST_BY_A_FORCE = 0.9
 # A camera's law that makes the flights fit worse than this is none of a camera.
 WORSE = 1.01
-# A clock's law is one that flights bear out or know nothing of: under a clock that was off by half a frame they fitted
-# by 3e-5 worse.
+# A clock's law is one that flights bear out or know nothing of.  Without their clock's law, as they came, flights of
+# five series left 0.4 % (half a frame, slowly) to 40-fold more (every other frame late by a fifth); without a wave in
+# place of the step that it was, 17 % less than with it.
 HARDLY_WORSE = 1.0005
 #: the effect that cuts corners, too
 LASTS = "finite_contact_time"

@@ -101,15 +101,15 @@ def find_marker_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[La
 def find_clock_law(series: Series, rng: np.random.Generator) -> tuple[LawFound | None, Series]:
     """The law of the clock that all cameras share, and the series in the times that it tells; none where frames would
     follow each other faster than cameras film, or out of their order, or where times would be off by whole frames."""
-    # A drive that sweeps has no lines, and passes for a clock that is far off: its path is asked.
-    for by_lines in (True, False):
-        if by_lines or any(any(run.data.host.smooth) for run in series.runs):
-            rows = clock_rows(series, by_lines)
-            told = None if rows is None else [one for one in frame_candidates(rows, rng) if _tells(rows, one)]
-            found = _law_of(rows, series, rng, told)
-            if found and _keeps_frames(found[0], series):
-                return found[0], without_frame_laws(series, [found[0].law])
-    return None, series
+    found = _law_of(clock_rows(series), series, rng)
+    if not (found and _keeps_frames(found[0], series)) and any(any(run.data.host.smooth) for run in series.runs):
+        # A drive that sweeps has no lines, and passes for a clock that is far off: its path is asked.
+        rows = clock_rows(series, by_lines=False)
+        told = None if rows is None else [one for one in frame_candidates(rows, rng) if _tells(rows, one)]
+        found = _law_of(rows, series, rng, told)
+    if not (found and _keeps_frames(found[0], series)):
+        return None, series
+    return found[0], without_frame_laws(series, [found[0].law])
 
 
 def _tells(rows: FrameRows, one: Candidate) -> bool:
