@@ -142,7 +142,8 @@ def test_what_no_name_is_left_for_is_unknown_in_the_right_place(tmp_path):
     assert "spin" in left["flight"] and "azimuth" in left["geometry"] and "impacts before" in left["drive"]
 
 
-def test_command_writes_the_contract_and_a_model_that_leaves_nothing(tmp_path, unpainted):
+def test_command_writes_the_contract_and_a_model_that_leaves_nothing(tmp_path, unpainted, without_laws):
+    """No formula is searched for before the model is written, but for what is left afterwards."""
     folder, out = tmp_path / "series", tmp_path / "out"
     write_series(make_series("air_drag", 1.0, np.random.default_rng(15), runs=3, noise="white"), folder)
     model = tmp_path / "model.toml"

@@ -36,7 +36,7 @@ NOMINAL = ("restitution", "wall_friction", "tangential_restitution", "floor_fric
     ],
 )
 def test_three_commands_write_the_same_numbers_and_all_pages(
-    tmp_path, capsys, unpainted, without_next_test, wall, effect, noise, rows, flights
+    tmp_path, capsys, unpainted, without_next_test, without_laws, wall, effect, noise, rows, flights
 ):
     """Under correlated noise and a lens residual, too: the sizes that identification fits along are the named effect's,
     and what compare simulates is what identification tells of that run."""

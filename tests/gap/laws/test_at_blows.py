@@ -132,6 +132,7 @@ def test_places_of_their_own_have_no_law(loaded, kind, noise):
     assert law is None, as_text(law.law)
 
 
+@pytest.mark.further
 def test_a_contact_that_lasts_keeps_its_name(loaded):
     """It cuts corners, too, for less than a frame."""
     _, series = loaded("finite_contact_time", 1.0, 8, "white", 3)
