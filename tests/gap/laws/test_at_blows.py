@@ -95,6 +95,7 @@ def test_what_a_place_holds_comes_back_whatever_it_is(loaded, weights, what):
     assert again is None or again.size < 0.2 * law.size
 
 
+@pytest.mark.further
 def test_it_matters_not_where_the_rig_stands_and_when(loaded):
     """Turned and moved in the room, a day later and with the markers' rows in another order."""
     series = smoothed(loaded, {-1: 0.1, 1: 0.1})

@@ -406,6 +406,7 @@ def test_a_picture_of_the_disk_is_the_cameras_whose_law_the_flights_believe(sear
     assert after.measured == before.measured and after.structure == before.structure
 
 
+@pytest.mark.further
 def test_a_camera_with_a_clock_of_its_own_has_a_law(tmp_path):
     """A delay that grows through the run.  Values between its frames fit the flights worse whatever their times; the
     law is held against a camera that is always late.  A form that bends in the Host's path as nothing does says nothing

@@ -56,6 +56,7 @@ def both(tmp_path_factory, without_next_test):
     return folder, made, diagnose(brought(made, folder), np.random.default_rng(0))
 
 
+@pytest.mark.further
 def test_a_force_in_nobodys_list_is_written_as_a_formula(both):
     """Right target and quantity, size within three sd of the plant's, nearly all of the gap closed on held-out runs."""
     _, made, found = both
@@ -70,6 +71,7 @@ def test_a_force_in_nobodys_list_is_written_as_a_formula(both):
     assert entry["parameters"]["coefficient"]["unit"] == "1/s^2"
 
 
+@pytest.mark.further
 def test_a_law_of_the_impacts_beside_one_of_the_flights(both):
     """Restitution that falls with the slip; as near as three sds of eight runs without the swirl (a tenth each)."""
     _, made, found = both
