@@ -95,7 +95,7 @@ def practice(number: int, out: Path):
 @pytest.mark.parametrize(
     ("number", "listed", "word"),
     [
-        (26, "table_tilt", "Host's centre"),
+        pytest.param(26, "table_tilt", "Host's centre", marks=pytest.mark.further),
         pytest.param(27, "camera_clock_offset", "spin", marks=pytest.mark.long),
         pytest.param(28, "air_drag", "time in the run", marks=pytest.mark.long),
     ],

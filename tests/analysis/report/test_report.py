@@ -263,7 +263,7 @@ def test_no_impact_is_a_value(tmp_path, unpainted):
     assert "record longer or drive harder" in page
 
 
-def test_impacts_whose_speeds_nobody_knows(tmp_path, unpainted):
+def test_impacts_whose_speeds_nobody_knows(tmp_path):
     folder = write(tmp_path / "results", ALL)
     nameless = tables()["impacts"]
     speeds = [c for c in nameless.columns if "speed" in c and nameless[c].dtype.kind == "f"]
@@ -275,7 +275,7 @@ def test_impacts_whose_speeds_nobody_knows(tmp_path, unpainted):
     assert "median normal speed –" in page
 
 
-def test_a_bare_motion_is_a_recording_too(tmp_path, unpainted):
+def test_a_bare_motion_is_a_recording_too(tmp_path):
     """An air-hockey puck: no cameras, no markers, no angle, no sd; and all of it null."""
     plain = recording(
         tmp_path / "rec",

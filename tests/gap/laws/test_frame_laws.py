@@ -479,6 +479,7 @@ def test_boards_that_were_not_true_and_a_skew_have_their_law(tmp_path, loaded, k
     assert not [name for name, one in measurement_tests(again).findings.items() if one.found]
 
 
+@pytest.mark.further
 def test_a_picture_that_is_bent_more_than_a_calibration_leaves_is_left(loaded):
     """Markers that bloom bend it in no form; a lens residual that is tolerated is none."""
     _, series = loaded("unknown_blooming_markers", 1.0, 3, runs=3)

@@ -138,6 +138,7 @@ def test_nothing_of_it_is_in_a_series_without_effect(diagnosed):
     }
 
 
+@pytest.mark.further
 def test_without_a_finding_the_diagnosis_tells_what_identification_tells(loaded):
     """Nothing named, nothing corrected: both models are one, and their parameters those of `ovines identify`."""
     _, series = loaded("none", 1.0, 21, "warp", 2)
