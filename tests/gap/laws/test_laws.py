@@ -152,11 +152,11 @@ def test_the_laws_stand_on_the_page(both, unpainted):
     )
 
 
-def test_a_law_that_is_nil_all_along_a_flight_moves_nothing_of_it(both):
+def test_a_law_that_is_nil_all_along_a_flight_moves_nothing_of_it(loaded):
     """Its evidence is cut by weights, and some flights may have none."""
-    _, _, found = both
-    problem = flight_regression(found.ladder.flights.fitted)
-    rows = problem.cut_columns(found.laws[0].rig_law.terms[0], lambda known: np.zeros((len(known), 5)))
+    _, series = loaded("none", 1.0, 4, runs=2)
+    problem = flight_regression(first_flights(series, ("floor_friction", "spin_coupling")))
+    rows = problem.cut_columns(Term("swirl", 1.0, (Factor("radius"),)), lambda known: np.zeros((len(known), 5)))
     assert rows.shape == (len(problem.problem.residual), 5) and not rows.any()
 
 
