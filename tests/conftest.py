@@ -73,6 +73,17 @@ def pytest_collection_finish():
     gc.freeze()
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtestloop(session):
+    """On a fresh checkout both halves of the whole suite soon ask for the blind plant, which takes a minute to compile
+    and which one process compiles: the first compiles the simulator meanwhile, and does not wait.
+    """
+    if os.environ.get("PYTEST_XDIST_WORKER") == "gw0" and len(session.items) > MANY_TESTS:
+        from ovines.core import Host, ImpactLaw, Nes, Scenario, simulate
+
+        simulate(Scenario("first", Nes(0.01, 0.0246), Host(radius_m=0.05), ImpactLaw(0.7, 0.1, 0.5), 0.01))
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Each worker begins with one half of the tests and at the end takes from the other's: what a module's tests share
@@ -85,6 +96,7 @@ def pytest_xdist_make_scheduler(config, log):
 
 #: what stands for the whole suite: its folders, and the marks that pyproject.toml asks for
 WHOLE = "not long"
+MANY_TESTS = 1000  # a file or a folder has fewer: what it does not ask for need not be compiled
 SUITE = (Path(__file__).resolve().parent, Path(__file__).resolve().parents[1])
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 OFFSET_PX = {"VW1": (0, 1192), "VW2": (0, 900)}

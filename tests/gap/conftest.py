@@ -68,13 +68,14 @@ def without_flight_laws(monkeypatch) -> None:
 @pytest.fixture(scope="session")
 def tilted(tmp_path_factory) -> tuple[Diagnosis, dict[str, Any]]:
     """Three runs on a table that is tilted a little, diagnosed from their tracks, and the truth: for all that is asked
-    of a whole diagnosis.
+    of a whole diagnosis but the search of a formula, which finds none beside a tilt, as the tutorial shows.
     """
     folder = tmp_path_factory.mktemp("tilted")
     made = make_series("table_tilt", 0.35, np.random.default_rng(5), runs=3, noise="white")
     series = brought(made, folder / "series")
     with pytest.MonkeyPatch.context() as whole:  # a module that does without may be the first to ask
         whole.setattr(analysis.gap.diagnose, "next_tests", next_tests)
+        whole.setattr(analysis.gap.diagnose, "write_laws", lambda ladder, *_: ((), ladder))
         return diagnose(series, np.random.default_rng(0)), made.truth
 
 

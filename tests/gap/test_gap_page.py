@@ -170,6 +170,7 @@ def test_trajectory_shows_the_flight_where_the_models_differ_most(tilted):
     assert chosen.rms["with_effect"] < chosen.rms["recalibrated"]
 
 
+@pytest.mark.further
 def test_motion_alone_gives_named_gaps(tilted, without_next_test):
     series = tilted[0].ladder.series
     short = from_motions(series.recordings[:1], [series.motions[0].iloc[:60]])

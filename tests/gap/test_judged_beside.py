@@ -11,15 +11,13 @@ import pytest
 import ovines.workers.beside
 from analysis.gap.cause import Structure
 from analysis.gap.diagnose import _judged, _judged_beside
-from analysis.gap.ladder import run_ladder
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are copied on Linux only")
 
 
-def test_both_say_the_same_and_nothing_is_begun_where_something_is_left(loaded, without_next_test, monkeypatch):
+def test_both_say_the_same_and_nothing_is_begun_where_something_is_left(tilted, without_next_test, monkeypatch):
     monkeypatch.setattr(ovines.workers.beside.os, "cpu_count", lambda: 2)
-    _, series = loaded("table_tilt", 0.35, 5)
-    ladder = run_ladder(series, np.random.default_rng(0))
+    ladder = tilted[0].ladder
     assert "table_tilt" in [cause.effect for cause in ladder.causes] and not ladder.structure
     with _judged_beside(ladder, np.random.default_rng(1)) as judged:
         beside = judged()

@@ -67,6 +67,16 @@ def drag(quiet):
     return law, tests
 
 
+@pytest.fixture(scope="module")
+def slip(quiet):
+    """Restitution that falls with the slip, against one that goes around the wall; of two beginnings."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("analysis.gap.next_test.choice.STARTS", 2)
+        tests = next_tests(quiet, (), (found(SLIP, others=(AROUND,)),))
+    assert tests is not None
+    return tests
+
+
 @pytest.mark.further
 def test_a_faster_disk_separates_a_square_from_a_line(drag):
     """At half the level the disk is slower than as recorded, and its drag less than half of what it was; so it is of a
@@ -110,11 +120,9 @@ def test_what_is_promised_is_what_a_repeat_shows(quiet, drag):
     assert 0.5 < measured / promised < 2.0
 
 
-def test_a_law_of_the_impacts_is_separated_where_it_acts(quiet):
+def test_a_law_of_the_impacts_is_separated_where_it_acts(slip):
     """What grows with the slip from what goes around the wall; a launch without spin from the middle hardly slips."""
-    tests = next_tests(quiet, (), (found(SLIP, others=(AROUND,)),))
-    assert tests is not None
-    by_setting = {one.setting: one.sd for one in tests.settings}
+    by_setting = {one.setting: one.sd for one in slip.settings}
     assert by_setting[AS_RECORDED] > 1
     assert by_setting["the Host at rest and the disk launched at 2 m/s without spin"] < 0.5 * by_setting[AS_RECORDED]
 
@@ -169,15 +177,14 @@ def test_what_is_open_comes_first(quiet, two_beginnings, monkeypatch):
     assert tests is not None and tests.law == "law-1.toml" and len(asked) == 2
 
 
-def test_the_entry_has_the_keys_that_page_and_loop_read(drag):
-    _, tests = drag
-    entry = tests.entry()
+def test_the_entry_has_the_keys_that_page_and_loop_read(slip):
+    entry = slip.entry()
     assert set(entry) == {"effect", "rival", "law", "duration_s", "starts", "recommended", "settings"}
-    assert entry["law"] == "law-1.toml" and "speed^2" in entry["effect"] and entry["recommended"] == tests.recommended
+    assert entry["law"] == "law-1.toml" and "slip" in entry["effect"] and entry["recommended"] == slip.recommended
     assert all(set(one) == {"setting", "separation_sd", "standard_error"} for one in entry["settings"])
     axes = settings_figure(entry).axes[0]
-    assert [one.get_text() for one in axes.get_yticklabels()] == [one.setting for one in tests.settings]
-    assert "the formula of law-1.toml from the nearest other formula" in tests.words() and tests.words().endswith(
+    assert [one.get_text() for one in axes.get_yticklabels()] == [one.setting for one in slip.settings]
+    assert "the formula of law-1.toml from the nearest other formula" in slip.words() and slip.words().endswith(
         (".", ").")
     )
 

@@ -84,7 +84,7 @@ def dented(quiet):
     return law, tests, {one.setting: one for one in tests.settings}
 
 
-@pytest.mark.others_further
+@pytest.mark.further
 @pytest.mark.parametrize("setting", [AS_RECORDED, SOFT, AT_REST])
 def test_what_is_promised_of_a_wall_is_what_a_repeat_shows(quiet, dented, setting):
     """The dent is in the simulated wall, and the recordings have noise."""

@@ -1,15 +1,21 @@
-"""``ovines diagnose`` and ``ovines identify`` tell the same numbers: of what ``[model]`` names, fitted or stated."""
+"""``ovines diagnose`` and ``ovines identify`` tell the same numbers, of what ``[model]`` names, fitted or stated; and
+``compare`` on walls that are not round; and what both say of a Host that nobody drives.
+"""
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from analysis.blind.recording.files import write_series
+from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.comparison.simulated_rig import host_motion_of, nominal_scenario
 from analysis.contact.effect_rows import reported_effects
@@ -20,14 +26,22 @@ from analysis.gap.selection.flight_steps import select_flight_effects
 from analysis.gap.series import Series
 from analysis.identify import identify_series
 from analysis.motion.rig_frame import RigFrame
-from ovines.recording import Recording
+from ovines.__main__ import main
+from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, simulate
+from ovines.core.system.model import Suspension
+from ovines.pipeline.series.diagnosis import load_series
+from ovines.recording import Recording, read_series
 from ovines.recording_schema import Nominal
+from ovines.tables import read_table, write_table
 from tests.gap.conftest import brought
 
 CAUSES = ("viscous_drag", "speed_dependent_restitution", "wall_lobes")
 # Flights are fitted until a step is within 0.05 sd (RESTS_SD of identification/floor/fit.py): from another start,
 # with terms that are held, they rest elsewhere by as much each, and what follows by a little more.  Seen: 0.1.
 MOST_SD = 0.15
+# Of the three commands on walls that are not round.  Seen: 0.033.
+MOST_SD_OF_COMMANDS = 0.1
+NOMINAL = ("restitution", "wall_friction", "tangential_restitution", "floor_friction", "restitution_scatter")
 
 
 def world_motions(series: Series) -> list[pd.DataFrame]:
@@ -121,3 +135,122 @@ def test_what_was_missing_first_is_reported_beside_what_came_later(loaded):
     value, sd = causes["spin_coupling"].parameters["coupling"]
     assert sd < 0.01
     assert abs(value - coupling) < 4 * sd
+
+
+@pytest.mark.further
+@pytest.mark.parametrize(
+    ("wall", "effect", "noise", "rows", "flights"),
+    [
+        ("square", "table_tilt", "ar1", ("table_tilt_x_m_per_s2", "table_tilt_y_m_per_s2"), 15),
+        ("cylinder", "air_drag", "warp", ("air_drag_per_m",), 11),
+    ],
+)
+def test_three_commands_write_the_same_numbers_and_all_pages(
+    tmp_path, capsys, unpainted, without_next_test, without_laws, wall, effect, noise, rows, flights
+):
+    """Under correlated noise and a lens residual, too: the sizes that identification fits along are the named effect's,
+    and what compare simulates is what identification tells of that run."""
+    folder, out, gap = tmp_path / "series", tmp_path / "out", tmp_path / "gap"
+    made = make_series(effect, 1.0, np.random.default_rng(41), runs=2, noise=noise, place=Place(wall=wall))
+    write_series(made, folder)
+    assert main(["run", str(folder), "--out", str(out), "--quiet"]) == 0
+    assert main(["compare", str(folder), "--out", str(out), "--runs", "2"]) == 0
+    model = tmp_path / "model.toml"
+    assert main(["diagnose", str(folder), "--out", str(gap), "--write-model", str(model), "--quiet"]) == 0
+    assert "Candidates" in (gap / "gap.html").read_text() and "Parameters" in (out / "report.html").read_text()
+    diagnosis = json.loads((gap / "diagnosis.json").read_text())
+    table = read_table(out / "identification.parquet", "identification").set_index("parameter")
+    assert (diagnosis["verdict"], diagnosis["effects"], diagnosis["left"]) == ("effect", [effect], [])
+    written = tomllib.loads(model.read_text())["model"]
+    for name in NOMINAL:
+        off = diagnosis["nominal"][name]["with_effect"] - table.loc[name, "value"]
+        assert abs(off) < MOST_SD_OF_COMMANDS * table.loc[name, "sd"], name
+        assert name not in written or written[name] == pytest.approx(
+            diagnosis["nominal"][name]["with_effect"], rel=1e-5
+        )
+    sizes = {name: one["value"] for name, one in diagnosis["parameters"][effect].items()}
+    pairs = dict(zip(rows, _fitted_along(effect, sizes), strict=True))
+    for row, value in pairs.items():
+        assert abs(value - table.loc[row, "value"]) < MOST_SD_OF_COMMANDS * table.loc[row, "sd"], row
+    for number in (1, 2):
+        own = out / f"run-0{number}"
+        value = read_table(own / "identification.parquet", "identification").set_index("parameter")["value"]
+        page = (own / "compare.html").read_text()
+        for name in ("restitution", "wall_friction", "tangential_restitution", "floor_friction"):
+            assert f"{value[name]:.3f}" in page, name
+        assert "Why the two methods differ here" in (own / "report.html").read_text()
+        # What the model lacks is fitted and reported, not simulated: flights of a few hundredths of a second miss it.
+        ahead = read_table(own / "flights_ahead.parquet", "flights_ahead")
+        assert len(ahead) > flights and ahead["rms_m"].median() < 2e-4
+
+
+def _fitted_along(effect: str, sizes: dict[str, float]) -> list[float]:
+    """The effect's sizes as table ``identification`` has them."""
+    if effect == "air_drag":
+        return [sizes["rate_per_m"]]
+    pull = 9.81 * np.tan(sizes["tilt_rad"])
+    return [pull * np.cos(sizes["direction_rad"]), pull * np.sin(sizes["direction_rad"])]
+
+
+DISK_KG, RADIUS_M, NOISE_M, RESTITUTION = 0.0246, 0.05, 1e-5, 0.72
+RECORDING = f"""format = 1
+name = "a Host on springs"
+[time]
+frame_rate_hz = 800.0
+[bodies.host]
+inner_radius_m = {RADIUS_M}
+[bodies.nes]
+radius_m = 0.01
+mass_kg = {DISK_KG}
+inertia_factor = 0.5
+[model]
+effects = ["floor_friction", "spin_coupling"]
+"""
+
+
+def _on_springs(folder: Path, mass_kg: float, runs: int) -> None:
+    """Runs of a sprung Host over a shaken ground, as motion tables with the noise of markers."""
+    rng = np.random.default_rng(1)
+    inertia = mass_kg * RADIUS_M**2
+    rate = 2 * np.pi * np.array([3.0, 3.0, 12.0])
+    carried = np.array([mass_kg, mass_kg, inertia])
+    springs, dampers = tuple(carried * rate**2), tuple(0.1 * carried * rate)
+    for number in range(runs):
+        ground = (Harmonic("x", 0.03, 2.9, rng.uniform(0.0, 6.0)),)
+        host = Host(RADIUS_M, motion="sprung", mass_kg=mass_kg, suspension=Suspension(springs, dampers, ground))
+        start = (*rng.uniform(-0.01, 0.01, 2), *rng.normal(size=2), 0.0, rng.uniform(-20.0, 20.0))
+        scenario = Scenario(
+            "springs", Nes(0.01, DISK_KG, 0.5), host, ImpactLaw(RESTITUTION, 0.13, 0.49), 2.0,
+            FloorFriction(0.1, "farkas", "host"), start, sample_rate_hz=800.0,
+        )  # fmt: skip
+        shown = simulate(scenario)
+        count = len(shown.time_s)
+        table = {"frame": np.arange(count), "time_s": shown.time_s}
+        for body in ("nes", "host"):
+            for name, sd in (*((f"{a}_m", NOISE_M) for a in "xyz"), ("angle_rad", NOISE_M / 0.008)):
+                table[f"{body}_{name}"] = shown.motion[f"{body}_{name}"] + sd * rng.standard_normal(count)
+                table[f"{body}_{name.replace('_', '_sd_')}"] = np.full(count, sd)
+        run = folder / f"run-{number + 1:02d}"
+        run.mkdir(parents=True)
+        write_table(pd.DataFrame(table), "motion", run / "motion.parquet", {})
+        (run / "recording.toml").write_text(RECORDING)
+
+
+@pytest.mark.further
+def test_a_sprung_host_is_followed_as_measured_and_reported_as_one_that_gives_way(tmp_path):
+    """No cause is named but the Host's giving way, with its true mass.  Its velocity steps at an impact, its path does
+    not: restitution is that of the mean of both (docs/identification.md, which also says what is left out)."""
+    mass_kg = 1.0
+    _on_springs(tmp_path / "series", mass_kg, 2)
+    series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
+    ladder = run_ladder(series, np.random.default_rng(0))
+    assert ladder.causes and {cause.stage for cause in ladder.causes} == {"drive"}
+    assert ladder.causes[0].parameters["mass_kg"][0] == pytest.approx(mass_kg, rel=0.05)
+    motions = [pd.read_parquet(one.folder / "motion.parquet") for one in series.recordings]
+    table = identify_series(motions, series.recordings)[0].set_index("parameter")["value"]
+    step = (1 + RESTITUTION) * DISK_KG / (DISK_KG + mass_kg)
+    expected = (RESTITUTION - step / 2) / (1 - step / 2)
+    assert table["restitution"] == pytest.approx(expected, abs=1e-3)
+    assert table["floor_friction"] == pytest.approx(0.1, abs=5e-4)
+    assert table["wall_friction"] == pytest.approx(0.13, abs=5e-4)
+    assert table["contact_radius_m"] == pytest.approx(RADIUS_M - 0.01, abs=6e-5)

@@ -28,6 +28,7 @@ from ovines.scenario import read_scenario
 from tests.gap.conftest import brought
 
 
+@pytest.mark.further
 def test_a_radius_that_was_found_is_written_and_leaves_nothing(tmp_path):
     """The stated radius is a millimetre too large; the next diagnosis takes the written one, finds nothing, and errs as
     given as it did with the effect."""

@@ -249,22 +249,24 @@ def tables_in(out) -> dict[str, bytes]:
     return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*.parquet"))}
 
 
-def test_same_input_same_bytes(tmp_path, capsys):
-    """Two recordings and their joint identification: one job, two jobs, again, and forced; every table the same
-    bytes.
+@pytest.mark.others_further
+@pytest.mark.parametrize("jobs", [("2",), ("1", "2")], ids=" then ".join)
+def test_same_input_same_bytes(tmp_path, capsys, jobs):
+    """Two recordings and their joint identification: by any number of jobs, again, and forced with one; every table the
+    same bytes.
     """
     for number in (1, 2):
         write_small_recording(tmp_path / "series" / f"run-{number:02d}", frames=100, seed=number)
-    series = str(tmp_path / "series")
-    assert main(["identify", series, "--out", str(tmp_path / "one")]) == 0, capsys.readouterr().err
-    assert main(["identify", series, "--out", str(tmp_path / "two"), "--jobs", "2"]) == 0, capsys.readouterr().err
-    one = tables_in(tmp_path / "one")
-    two = tables_in(tmp_path / "two")
-    # Of each recording, and of both together: the parameters and what the lens models leave over.
-    assert len(one) == 2 * 10 + 2 and set(two) == set(one)
-    assert [name for name in one if one[name] != two[name]] == []
+    series, out = str(tmp_path / "series"), tmp_path / "out"
+    made = []
+    for count in jobs:
+        assert main(["identify", series, "--out", f"{out}{count}", "--jobs", count]) == 0, capsys.readouterr().err
+        made.append(tables_in(tmp_path / f"out{count}"))
+        # Of each recording, and of both together: the parameters and what the lens models leave over.
+        assert len(made[-1]) == 2 * 10 + 2
+    assert all(one == made[0] for one in made)
     capsys.readouterr()
-    assert main(["identify", series, "--out", str(tmp_path / "one")]) == 0
-    assert capsys.readouterr().out.count("up to date") == 3 and tables_in(tmp_path / "one") == one
-    assert main(["identify", series, "--out", str(tmp_path / "two"), "--force"]) == 0
-    assert tables_in(tmp_path / "two") == one
+    assert main(["identify", series, "--out", f"{out}{jobs[0]}"]) == 0
+    assert capsys.readouterr().out.count("up to date") == 3 and tables_in(tmp_path / f"out{jobs[0]}") == made[0]
+    assert main(["identify", series, "--out", f"{out}{count}", "--force"]) == 0
+    assert tables_in(tmp_path / f"out{count}") == made[0]

@@ -68,6 +68,7 @@ def test_rebounds_show_how_the_wall_is_shaped(effect, term, tmp_path):
     assert effect == "wall_ellipticity" or found.order == true["order"]
 
 
+@pytest.mark.further
 def test_a_disk_that_smears_reaches_no_farther(tmp_path):
     """The farthest of many smeared frames is their noise; rolling there is no row of impacts."""
     series, _ = series_of("motion_blur", 1.2, tmp_path, runs=2)

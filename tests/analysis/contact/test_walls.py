@@ -84,7 +84,10 @@ PLANTS = {
 }
 
 
-@pytest.fixture(scope="module", params=PLANTS)
+@pytest.fixture(
+    scope="module",
+    params=["square", *(pytest.param(one, marks=pytest.mark.further) for one in ("triangle", "cylinder"))],
+)
 def inside(request, tmp_path_factory):
     """Two runs of a plant inside a wall: what was made, its recordings, and what identification says."""
     spec = Spec(

@@ -169,6 +169,7 @@ def test_a_force_of_a_known_form_is_fitted_along_whatever_single_frames_say(tmp_
     assert near["floor_friction"] < 2.0
 
 
+@pytest.mark.further
 def test_the_tilt_of_a_short_run_is_no_lens_residual(tmp_path):
     """Terms of a lens residual bend the flights of half a second as a tilt does; taken for one, the restitution was
     0.675 +- 0.032 for 0.662, and times were up to 7.8 sd off."""

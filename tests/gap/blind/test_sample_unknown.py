@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
-from filelock import FileLock
 
 from analysis.blind.trial import read_truths
-from analysis.gap.diagnose import Diagnosis
+from analysis.gap.diagnose import Diagnosis, verdict_of
+from analysis.gap.laws.found_law import law_file
 from analysis.report.page import Page
 from ovines.__main__ import main
+from ovines.pipeline.series.diagnosis import load_series
+from ovines.recording import read_series
+from tests.gap.conftest import laws_and_ladder
 
 SAMPLE = Path(__file__).resolve().parents[3] / "sample_data" / "series_unknown"
 SEED = 4
@@ -25,28 +29,10 @@ def blank(diagnosis: Diagnosis, name: str) -> Page:
     return Page(name, diagnosis.summary["verdict"])
 
 
-@pytest.fixture(scope="session")
-def unknown(tmp_path_factory) -> Path:
-    """Results of `ovines diagnose` on the sample, its page blank (a law's is asked in test_laws) and without settings
-    for a next test; whichever test process comes first makes them for all."""
-    out = tmp_path_factory.getbasetemp()
-    out = (out.parent if "PYTEST_XDIST_WORKER" in os.environ else out) / "sample_unknown"
-    with FileLock(f"{out}.lock"):
-        if not (out / "first" / "diagnosis.json").exists():
-            with pytest.MonkeyPatch.context() as patched:
-                patched.setattr("analysis.gap.diagnose.next_tests", lambda *_: None)
-                patched.setattr("analysis.gap.page.gap_page.gap_page", blank)
-                assert main(["diagnose", str(SAMPLE), "--out", str(out / "first"), "--quiet"]) == 0
-    return out
-
-
-def test_the_law_is_what_was_sealed(unknown):
+def as_sealed(law: dict[str, Any]) -> None:
     """A pull towards a place of the room: -k d exp(-(d/w)^2/2), its numbers within their intervals."""
     truth = read_truths(SAMPLE, SEED)["case-001"]  # refuses another hash than the manifest's
     true, world = truth["parameters"]["unknown_magnetic_pull"], truth["world"]
-    answer = json.loads((unknown / "first" / "diagnosis.json").read_text())
-    assert answer["verdict"] == "unknown" and answer["effects"] == [] and answer["stage"] == "flight"
-    (law,) = answer["laws"]
     assert law["shrinkage"] > 0.95 and law["p"] < 1 / 400
     width = WIDTH_M * world["scale"]
     c, s = math.cos(world["turned_rad"]), math.sin(world["turned_rad"])
@@ -63,10 +49,27 @@ def test_the_law_is_what_was_sealed(unknown):
         assert low - (high - low) / 2 < value < high + (high - low) / 2, name  # 90 % intervals, doubled: four at once
 
 
+def test_the_law_is_what_was_sealed(tmp_path):
+    """Found by the diagnosis' own search, without what it says beside the law."""
+    series, _ = load_series(read_series(SAMPLE), tmp_path / "results")
+    (law,), ladder = laws_and_ladder(series)
+    assert (verdict_of(ladder), ladder.causes) == ("unknown", ())
+    assert max(ladder.structure, key=lambda one: one.strength).stage == "flight"
+    as_sealed(law.entry(law_file(1), np.random.default_rng(0)))
+
+
 @pytest.mark.further
-def test_held_in_the_next_diagnosis_it_leaves_nothing(unknown, without_next_test, monkeypatch):
+def test_the_command_writes_it_and_held_in_the_next_diagnosis_it_leaves_nothing(
+    tmp_path, without_next_test, monkeypatch
+):
+    """Its page blank: a law's is asked in test_laws."""
     monkeypatch.setattr("analysis.gap.page.gap_page.gap_page", blank)
-    law = unknown / "first" / "law-1.toml"
-    assert main(["diagnose", str(SAMPLE), "--out", str(unknown / "second"), "--law", str(law), "--quiet"]) == 0
-    answer = json.loads((unknown / "second" / "diagnosis.json").read_text())
+    first, second = tmp_path / "first", tmp_path / "second"
+    assert main(["diagnose", str(SAMPLE), "--out", str(first), "--quiet"]) == 0
+    answer = json.loads((first / "diagnosis.json").read_text())
+    assert answer["verdict"] == "unknown" and answer["effects"] == [] and answer["stage"] == "flight"
+    (law,) = answer["laws"]
+    as_sealed(law)
+    assert main(["diagnose", str(SAMPLE), "--out", str(second), "--law", str(first / "law-1.toml"), "--quiet"]) == 0
+    answer = json.loads((second / "diagnosis.json").read_text())
     assert (answer["verdict"], answer["effects"], answer["left"]) == ("none", [], [])

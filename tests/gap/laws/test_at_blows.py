@@ -95,6 +95,7 @@ def test_what_a_place_holds_comes_back_whatever_it_is(loaded, weights, what):
     assert again is None or again.size < 0.2 * law.size
 
 
+@pytest.mark.further
 def test_it_matters_not_where_the_rig_stands_and_when(loaded):
     """Turned and moved in the room, a day later and with the markers' rows in another order."""
     series = smoothed(loaded, {-1: 0.1, 1: 0.1})
@@ -132,6 +133,7 @@ def test_places_of_their_own_have_no_law(loaded, kind, noise):
     assert law is None, as_text(law.law)
 
 
+@pytest.mark.further
 def test_a_contact_that_lasts_keeps_its_name(loaded):
     """It cuts corners, too, for less than a frame."""
     _, series = loaded("finite_contact_time", 1.0, 8, "white", 3)

@@ -191,6 +191,7 @@ def _rest(problem):
     return problem.prior, problem.block, problem.run
 
 
+@pytest.mark.further
 def test_tape_that_the_disk_winds_up_is_a_radius_by_its_turns(tmp_path):
     series, _ = made_series(tmp_path, "unknown_wound_tape", 0.8, 84, runs=5)  # of three, spin says as much
     impacts, fits = impact_fit(series)

@@ -98,6 +98,7 @@ def test_what_is_no_delay_that_follows_is_not_asked_further(loaded, kind, size, 
     assert not delay_follows(loaded(kind, size, 8, noise)[1])
 
 
+@pytest.mark.further
 def test_what_a_host_rises_in_a_run_is_no_error_on_runs_held_out(loaded):
     """No other run tells it: left in, it was 300 in -2 log L that a form of no size gained two times in seventy-one."""
     _, series = loaded("vertical_motion", 0.6, 8, "warp")

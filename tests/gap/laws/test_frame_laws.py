@@ -411,6 +411,7 @@ def test_a_picture_of_the_disk_is_the_cameras_whose_law_the_flights_believe(sear
     assert after.measured == before.measured and after.structure == before.structure
 
 
+@pytest.mark.further
 def test_a_camera_with_a_clock_of_its_own_has_a_law(tmp_path):
     """A delay that grows through the run.  Values between its frames fit the flights worse whatever their times; the
     law is held against a camera that is always late.  A form that bends in the Host's path as nothing does says nothing
@@ -483,6 +484,7 @@ def test_boards_that_were_not_true_and_a_skew_have_their_law(tmp_path, loaded, k
     assert not [name for name, one in measurement_tests(again).findings.items() if one.found]
 
 
+@pytest.mark.further
 def test_a_picture_that_is_bent_more_than_a_calibration_leaves_is_left(loaded):
     """Markers that bloom bend it in no form; a lens residual that is tolerated is none."""
     _, series = loaded("unknown_blooming_markers", 1.0, 3, runs=3)

@@ -69,6 +69,7 @@ def test_forms_that_flights_do_not_take_are_left_out_of_a_second_search(tmp_path
     assert flight_law(series) is None and len(asked) == 4
 
 
+@pytest.mark.further
 def test_air_between_disk_and_wall_is_a_drag_of_the_way_to_it(tmp_path):
     """And no law of the impacts, as that the restitution follows the speed: they are asked between the flights that
     hold the law."""

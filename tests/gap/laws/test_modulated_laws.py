@@ -189,7 +189,7 @@ def test_a_line_of_glue_takes_the_same_of_every_crossing(tmp_path):
     assert abs(held) == pytest.approx(true["crossed_m_per_s2"], abs=3 * sd + 0.15 * true["crossed_m_per_s2"])
 
 
-@pytest.mark.others_further
+@pytest.mark.further
 @pytest.mark.parametrize(
     ("kind", "severity", "seed", "quantity"),
     [

@@ -39,6 +39,7 @@ def test_a_dead_band_is_one_length_along_the_way(loaded):
     assert "own way" in unknown_test("measurement", ladder.structure[0].goes_with)
 
 
+@pytest.mark.further
 def test_a_shutter_that_stays_open_goes_with_the_square_of_the_speed(loaded):
     true, series = loaded("unknown_long_shutter", 0.8, 5, "white", 3)
     law = find_way_law(series, np.random.default_rng(0))

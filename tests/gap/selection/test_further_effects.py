@@ -20,7 +20,7 @@ from analysis.gap.answer import model_section, model_values
 from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.drive.findings import DriveSteps
 from analysis.gap.drive.pushes import Pushes, answers
-from analysis.gap.estimates import improved
+from analysis.gap.estimates import estimated, improved
 from analysis.gap.ladder import run_ladder
 from analysis.gap.page.figures.drive import drive_figure
 from analysis.gap.page.gap_page import gap_page
@@ -138,13 +138,14 @@ def test_nothing_of_it_is_in_a_series_without_effect(diagnosed):
     }
 
 
-def test_without_a_finding_the_diagnosis_tells_what_identification_tells(diagnosed):
+@pytest.mark.further
+def test_without_a_finding_the_diagnosis_tells_what_identification_tells(loaded):
     """Nothing named, nothing corrected: both models are one, and their parameters those of `ovines identify`."""
-    _, found, _ = diagnosed("none", 1.0, 21, "warp")
-    series = found.ladder.measured
-    assert not found.ladder.causes and found.ladder.series.motions is series.motions
+    _, series = loaded("none", 1.0, 21, "warp", 2)
+    estimates, ladder = estimated(run_ladder(series, np.random.default_rng(0)), [])
+    assert not ladder.causes and ladder.series.motions is series.motions is ladder.measured.motions
     table = identify_series(series.motions, series.recordings)[0].set_index("parameter")["value"]
-    for name, values in found.estimates.nominal(series.recordings[0].model).items():
+    for name, values in estimates.nominal(series.recordings[0].model).items():
         assert values["recalibrated"] == values["with_effect"] == pytest.approx(table[name], rel=1e-6), name
 
 

@@ -21,7 +21,7 @@ from tests.gap.conftest import brought
 @pytest.fixture(scope="module")
 def ladder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lasting")
-    made = make_series("finite_contact_time", 1.1, np.random.default_rng(4), 4, "white", place=Place(drive="random"))
+    made = make_series("finite_contact_time", 1.1, np.random.default_rng(4), 2, "white", place=Place(drive="random"))
     series = brought(made, folder / "series")
     return run_ladder(series, np.random.default_rng(0)), made
 

@@ -11,11 +11,10 @@ from ovines.pipeline.series.cluster import run_on_cluster
 from ovines.pipeline.series.recordings import Workers, run_series
 from tests.conftest import refused
 
-distributed = pytest.importorskip("distributed")
-
 
 @pytest.fixture
 def cluster():
+    distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
     ) as running:
@@ -26,7 +25,9 @@ def killer(cluster, out, killed):
     """Kill the worker process that first writes into ``out``, as soon as it holds a stage's result."""
     while not list(out.glob("run-0*/points.parquet")):
         time.sleep(0.02)
-    with distributed.Client(cluster, set_as_default=False) as client:
+    from distributed import Client
+
+    with Client(cluster, set_as_default=False) as client:
         processes = client.run(os.getpid)
         busy = {address for address, keys in client.processing().items() if keys}
     address = next(iter(sorted(busy)))
@@ -53,6 +54,7 @@ def test_a_killed_worker_loses_nothing_and_changes_nothing(small_series, tmp_pat
 
 
 def test_nobody_at_the_address(small_series, tmp_path, monkeypatch, ovines):
+    pytest.importorskip("distributed")
     monkeypatch.setattr("ovines.pipeline.series.cluster.PATIENCE_S", 0.5)
     from ovines.errors import InputError
 

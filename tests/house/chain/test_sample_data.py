@@ -74,6 +74,7 @@ def test_what_the_first_run_compiles_beside_is_what_it_calls(results):
         assert types in kernel.overloads, kernel
 
 
+@pytest.mark.further
 @pytest.mark.skipif(sys.platform != "linux" or os.cpu_count() == 1, reason="a second process draws it on Linux only")
 def test_the_calibrations_page_drawn_beside_the_report_is_the_one_drawn_alone(results):
     page = results / "calibration.html"

@@ -53,7 +53,7 @@ def test_each_set_has_its_commands():
 
 
 @pytest.mark.others_further
-@pytest.mark.parametrize("name", sorted(KNOWN))
+@pytest.mark.parametrize("name", KNOWN)
 def test_the_commands_calibrate_it(name, request, tmp_path, monkeypatch):
     if name != PAINTED:
         request.getfixturevalue("unpainted")

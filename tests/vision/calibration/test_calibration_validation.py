@@ -193,6 +193,7 @@ def rig(board_height_m: float = 0.0):
     return setup, calibrate(setup.board, seen, sizes, world, board_height_m=board_height_m)
 
 
+@pytest.mark.further
 def test_the_cameras_distance_has_the_sd_of_pairs_drawn_from_the_covariance():
     setup, found = rig()
     name, sd_m = found.tables["calibration_world"][["quantity", "sd"]].iloc[-1]

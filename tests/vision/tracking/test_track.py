@@ -250,6 +250,7 @@ def test_ground_markers_wait_for_one_that_is_covered_at_first(no_first_ground):
     assert ground[ground.frame >= 8].error_px.notna().all() and ground[ground.frame < 4].error_px.isna().all()
 
 
+@pytest.mark.further
 @pytest.mark.usefixtures("no_rims")
 def test_ground_markers_that_never_show_together_are_named_with_a_warning(no_first_ground, tmp_path):
     folder, cameras, _ = no_first_ground
