@@ -8,6 +8,7 @@ target stands in ``units``."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -348,7 +349,7 @@ def _beside_path(time_s: Array, host: HostMotion) -> tuple[NDArray[np.int64], Ar
         left = place - basis @ (basis.T @ place)
         # Over what is left free: more knots explain more of the noise alone.
         spread = [residual_sd(column) for column in left.T]
-        followed.append((float(np.hypot(*spread)) / np.sqrt(1 - basis.shape[1] / len(use)), left, basis))
+        followed.append((math.hypot(*spread) / math.sqrt(1 - basis.shape[1] / len(use)), left, basis))
     least = min(noise for noise, _, _ in followed)
     _, left, basis = next(one for one in followed if one[0] <= FOLLOWS * least)
     return use, _clipped(left), velocity, basis
