@@ -6,6 +6,7 @@ from analysis.gap.cause import (
     BENT,
     BESIDE,
     BY_BOARDS,
+    CLOCKS,
     EACH_BLOW,
     EACH_RUN,
     EXCHANGED,
@@ -101,6 +102,13 @@ def unknown_test(stage: str, goes_with: str) -> str:
             "on from the frames before. Track the frames again with `ovines track`, or bring tracks that nothing has "
             "smoothed, and diagnose once more: nothing of it is left then. Until that is done, its law corrects these "
             "recordings (`ovines diagnose --law`)."
+        )
+    if goes_with.endswith(CLOCKS):
+        return (
+            f"The frames' times are wrong, by what goes with {goes_with}. Compare the files' times and frame numbers "
+            "with the cameras' own counters or time stamps: a step of a frame is one that was skipped, a time that "
+            "alternates or swings comes from the trigger. With true times in the tracks nothing of it is left. Until "
+            "that is done, its law corrects these recordings (`ovines diagnose --law`)."
         )
     if THAN_STATED in goes_with:
         return (

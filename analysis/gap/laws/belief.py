@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.gap.cause import Structure
+from analysis.gap.cause import CLOCKS, Structure
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.thresholds import NEGLIGIBLE_FRAMES
 from ovines.core.laws.words import QUANTITIES
@@ -39,9 +39,8 @@ def followed_by(law: LawFound) -> str:
 
 def structure_of_clock(law: LawFound, period_s: float) -> Structure:
     """A clock that no effect of the library is: what its law leaves, in the smallest scatter of times that counts."""
-    factor = law.law.terms[0].factors[0]
     gain = float(np.sum(law.before - law.after))
     size_s = law.size
     least_s = NEGLIGIBLE_FRAMES["trigger_jitter"] * period_s
-    goes_with = f"the {factor.quantity} of a run: all cameras are late by a time that changes"
+    goes_with = f"{followed_by(law)}: {CLOCKS[0]}"
     return Structure("measurement", "all", "x", goes_with, size_s / least_s, gain, size_s, "s", law.p)

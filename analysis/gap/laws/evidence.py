@@ -96,8 +96,8 @@ def evidence_of(before: HasRows, after: HasRows, law: WrittenLaw) -> Evidence | 
     sizes(rows_of([replace(term, factors=_own(term, factor))]), before.known, given)
     expected = weight.T @ given[:, 0] / count
     share = weight.sum(0) / weight.sum()
-    means = (float(share @ expected), 0.0)
-    sides = [_profile(one, bare, cut, share, mean) for one, mean in zip((before, after), means, strict=True)]
+    laws = (expected, np.zeros_like(expected))
+    sides = [_profile(one, bare, cut, share, law) for one, law in zip((before, after), laws, strict=True)]
     return Evidence(
         factor.quantity, QUANTITIES[factor.quantity].unit, term.target, bare.unit,
         weight.T @ np.where(fine, values, 0.0) / count, *sides[0], *sides[1], expected,
@@ -112,12 +112,13 @@ def _others(term: Term, factor: Factor) -> tuple[Factor, ...]:
     return tuple(one for one in term.factors if one.quantity != factor.quantity)
 
 
-def _profile(one: HasRows, term: Term, cut: Cut, share: Array, mean: float) -> tuple[Array, Array]:
-    """What a term is in each bin, and its sd; about ``mean`` where the rows hardly tell what all bins share, weighted
-    by the ``share`` of each."""
+def _profile(one: HasRows, term: Term, cut: Cut, share: Array, law: Array) -> tuple[Array, Array]:
+    """What a term is in each bin, and its sd.  What the rows do not tell - a constant, a clock that runs evenly too
+    fast - is as the ``law`` has it (B,), of a mean weighted by the ``share`` of each bin."""
     problem, columns = one.problem, one.cut_columns(term, cut)
-    profile, whole = Profile.of(problem), columns.sum(1)
+    profile, whole, mean = Profile.of(problem), columns.sum(1), float(share @ law)
     _, step, covariance = profile.gain(columns)
+    step = step + law - covariance @ (profile.information(columns) @ law)
     about = np.eye(len(share)) - share
     apart = about @ covariance @ about.T
     _, _, of_all = profile.gain(whole[:, None])

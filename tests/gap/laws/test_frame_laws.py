@@ -109,6 +109,14 @@ def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path, drive):
     assert factor.scale == pytest.approx(at, abs=0.01)
     before, left = (np.mean(clock_rows(one).problem.residual ** 2) for one in (series, after))
     assert left < 1.3 < 0.1 * before
+    # Its figure: in each bin of the share the step, and nothing beside the law (the bin of the step holds both).
+    shown = law.evidence
+    early = shown.covariate < at
+    whole = np.isin(shown.law, (shown.law.min(), shown.law.max()))
+    assert np.allclose(
+        shown.before[whole], np.where(early, term.coefficient, 0)[whole], rtol=0, atol=0.1 * series.period_s
+    )
+    assert np.allclose(shown.after, 0, rtol=0, atol=0.1 * series.period_s)
 
 
 @pytest.mark.parametrize("drive", ["sine", "chirp"])
@@ -156,6 +164,7 @@ def test_an_uneven_clock_is_unknown_and_no_drift_of_friction(tmp_path):
     (law,), ladder = laws_and_ladder(series)
     assert (verdict_of(ladder), ladder.structure[0].stage, ladder.causes) == ("unknown", "measurement", ())
     assert law.law.stage == "measurement"
+    assert "time stamps" in unknown_test("measurement", ladder.structure[0].goes_with)
 
 
 @pytest.mark.further

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.gap.cause import BESIDE, OWN_WAY, Structure
+from analysis.gap.cause import BESIDE, CLOCKS, OWN_WAY, Structure
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.flight_law import force_gain
@@ -209,7 +209,7 @@ def _found(ladder: Ladder) -> int:
 
 def _delay_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
-    return _structure(law, least_delay_s(ladder.series), "{}: the delay of a camera changes", "s")
+    return _structure(law, least_delay_s(ladder.series), "{}: " + CLOCKS[1], "s")
 
 
 def _marker_structure(law: LawFound) -> Structure:

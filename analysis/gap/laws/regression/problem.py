@@ -107,10 +107,19 @@ class Profile:
 
     def gain(self, columns: Array) -> tuple[float, Array, Array]:
         """Fall of the sum of squares, coefficients (C,) and their covariance (C, C) of ``columns`` (M, C)."""
-        more = len(self.residual) - len(columns)
-        columns = np.vstack([columns, np.zeros((more, columns.shape[1]))])
-        left = columns - self.basis @ (self.basis.T @ columns)
+        left = self.free(columns)
         covariance = scaled_inverse(left.T @ left)
         score = left.T @ self.residual
         step = covariance @ score
         return float(step @ score), step, covariance
+
+    def information(self, columns: Array) -> Array:
+        """What all runs together say of the coefficients of ``columns`` (M, C): (C, C)."""
+        left = self.free(columns)
+        return np.asarray(left.T @ left, float)
+
+    def free(self, columns: Array) -> Array:
+        """``columns`` (M, C), and none of the prior's rows, without what nuisances explain of them."""
+        more = len(self.residual) - len(columns)
+        columns = np.vstack([columns, np.zeros((more, columns.shape[1]))])
+        return np.asarray(columns - self.basis @ (self.basis.T @ columns), float)

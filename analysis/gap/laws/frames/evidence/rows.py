@@ -80,10 +80,20 @@ class FrameRows:
         return without_bases(out, self.bases)
 
     def cut_columns(self, term: Term, cut: Callable[[Array], Array]) -> Array:
-        """Columns (M, B) of a term times the weights (N, B) that ``cut`` gives what is known."""
-        size = size_of([term], self.known)
+        """Columns (M, B) of a term times the weights (N, B) that ``cut`` gives what is known; beside a drive without
+        what is late by a constant or evenly more in a run, which its phase and frequency take but for traces."""
+        size, weight = size_of([term], self.known), cut(self.known)
         unit = self.units.get(key_of(term), np.zeros(len(self.at)))
-        return without_bases(unit[:, None] * (cut(self.known) * size)[self.at], self.bases)
+        share = weight @ (weight.T @ self.known[:, W.SHARE] / np.maximum(weight.sum(0), 1e-300))
+        even = without_bases(unit[:, None] * np.column_stack([weight.sum(1), share])[self.at], self.bases)
+        out = without_bases(unit[:, None] * (weight * size)[self.at], self.bases)
+        return without_bases(out, [(rows, _span(even[rows])) for rows, _ in self.bases])
+
+
+def _span(columns: Array) -> Array:
+    """Orthonormal basis (N, Q) of what ``columns`` (N, C) span."""
+    u, s, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(u[:, s > 1e-9 * max(s.max(initial=0.0), 1e-300)], float)
 
 
 def without_bases(columns: Array, bases: Sequence[tuple[slice, Array]]) -> Array:

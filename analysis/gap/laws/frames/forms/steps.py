@@ -53,7 +53,5 @@ def best_steps(targets: Mapping[str, Make], rows: StepRows, rng: np.random.Gener
 
 def _gains(profile: Profile, columns: Array, signed: Array) -> Array:
     """Falls of the sum of squares (K,) that ``columns`` (M, C) explain of what is left, ``signed`` (M, K)."""
-    own = profile.basis[: len(columns)]
-    free = columns - own @ (own.T @ columns)
-    score = free.T @ signed
-    return np.asarray(np.sum(score * (scaled_inverse(free.T @ free) @ score), 0), float)
+    score = profile.free(columns)[: len(columns)].T @ signed
+    return np.asarray(np.sum(score * (scaled_inverse(profile.information(columns)) @ score), 0), float)
