@@ -96,8 +96,8 @@ def pytest_xdist_make_scheduler(config, log):
 
 #: what stands for the whole suite: its folders, and the marks that pyproject.toml asks for
 WHOLE = "not long"
-MANY_TESTS = 1000  # a file or a folder has fewer: what it does not ask for need not be compiled
 SUITE = (Path(__file__).resolve().parent, Path(__file__).resolve().parents[1])
+MANY_TESTS = 1000  # a file or a folder has fewer: what it does not ask for need not be compiled
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 OFFSET_PX = {"VW1": (0, 1192), "VW2": (0, 900)}
 HOST_LAYOUT_M = np.array(

@@ -105,10 +105,10 @@ def unknown_test(stage: str, goes_with: str) -> str:
         )
     if goes_with.endswith(CLOCKS):
         return (
-            f"The frames' times are wrong, by what goes with {goes_with}. Compare the files' times and frame numbers "
-            "with the cameras' own counters or time stamps: a step of a frame is one that was skipped, a time that "
-            "alternates or swings comes from the trigger. With true times in the tracks nothing of it is left. Until "
-            "that is done, its law corrects these recordings (`ovines diagnose --law`)."
+            f"The frames' times are wrong. What is wrong goes with {goes_with}. Compare the files' times and frame "
+            "numbers with the cameras' own counters or time stamps: a step of a frame is one that was skipped, a time "
+            "that alternates or swings comes from the trigger. With true times in the tracks nothing of it is left. "
+            "Until that is done, its law corrects these recordings (`ovines diagnose --law`)."
         )
     if THAN_STATED in goes_with:
         return (

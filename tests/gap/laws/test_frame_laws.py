@@ -23,8 +23,8 @@ from analysis.gap.laws.frames import asked as of_measurement
 from analysis.gap.laws.frames import law as clock_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import changing, given, without_lasting_bends
+from analysis.gap.laws.frames.evidence.clock import clock_rows
 from analysis.gap.laws.frames.evidence.known import known_frames
-from analysis.gap.laws.frames.evidence.rows import clock_rows
 from analysis.gap.laws.frames.law import find_clock_law, find_frame_laws
 from analysis.gap.laws.regression.halves import Halves, halves_of
 from analysis.gap.laws.regression.problem import Regression

@@ -18,7 +18,8 @@ from analysis.gap.laws.choice.shortlist import AS_GOOD
 from analysis.gap.laws.dictionary.candidate import Candidate, ways
 from analysis.gap.laws.dictionary.modulated import RANGES
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, PLACE_STEP, SCALE_STEP, plain, rings
-from analysis.gap.laws.frames.evidence.rows import clock_rows, size_of, view_rows
+from analysis.gap.laws.frames.evidence.clock import clock_rows
+from analysis.gap.laws.frames.evidence.rows import size_of, view_rows
 from analysis.gap.series import Series
 from analysis.gap.thresholds import NEGLIGIBLE_FRAMES
 from ovines.core.laws import words as W

@@ -18,7 +18,8 @@ from analysis.gap.laws.frames.corrected import true_times, without_frame_laws
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import late_camera, least_delay_s
 from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidates, marker_candidates, moved_rms
-from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, Key, clock_rows, key_of, picture_rows, view_rows
+from analysis.gap.laws.frames.evidence.clock import clock_rows
+from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, Key, key_of, picture_rows, view_rows
 from analysis.gap.laws.frames.forms.by_run import lone_run, nil_in
 from analysis.gap.laws.linear_law import reported_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
