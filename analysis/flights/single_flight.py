@@ -233,9 +233,10 @@ def _rows(out: Array, derivative: Array, frames: WhiteFrames, origin: Array, row
 
 
 @compiled
-def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array) -> float:
-    """Huber-weighted ``normal`` (6, 6) and ``right`` (6,) of whitened rows; returns the misfit."""
-    misfit = 0.0
+def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array) -> tuple[float, float]:
+    """Huber-weighted ``normal`` (6, 6) and ``right`` (6,) of whitened rows; returns Huber's loss, of which ``right`` is
+    half the slope, and the misfit."""
+    loss, misfit = 0.0, 0.0
     normal[:] = 0.0
     right[:] = 0.0
     for i in range(len(rows)):
@@ -243,6 +244,7 @@ def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array)
             r = residual[i, m]
             robust = 1.0 if abs(r) < CLIP_SD else CLIP_SD / abs(r)
             misfit += r * r * robust
+            loss += r * r * robust * (2.0 - robust)
             for a in range(STATES):
                 da = rows[i, m, a]
                 right[a] += da * r * robust
@@ -251,7 +253,7 @@ def _normal_equations(rows: Array, residual: Array, normal: Array, right: Array)
     for a in range(STATES):
         for b in range(a):
             normal[b, a] = normal[a, b]
-    return misfit
+    return loss, misfit
 
 
 @making_arrays
@@ -261,30 +263,31 @@ def fit_single(
     """One flight alone: Levenberg-Marquardt on its six unknowns; ``start`` is moved to the best state at t0.
 
     ``p`` parameters of the flight, ``origin`` (2,) of the markers (m).  Returns the misfit (sum of squares of whitened
-    residuals, Huber's weights beyond :data:`analysis.flights.noise.CLIP_SD`) and fills ``covariance`` (6, 6).
+    residuals, with Huber's weights beyond :data:`analysis.flights.noise.CLIP_SD`) and fills ``covariance`` (6, 6).
     """
     n = len(frames.time_s)
     out, derivative = np.empty((n, STATES)), np.empty((n, STATES, STATES))
     rows, residual = np.empty((n, 3, STATES)), np.empty((n, 3))
-    damping, best, none = FIRST_DAMPING, np.inf, np.zeros(0, np.int64)
+    damping, best, misfit, none = FIRST_DAMPING, np.inf, np.inf, np.zeros(0, np.int64)
     normal, right = np.zeros((STATES, STATES)), np.zeros(STATES)
     state, trial = start.copy(), start.copy()
     fitted, kept_right = np.zeros((STATES, STATES)), np.zeros(STATES)
     for _ in range(MOST_STEPS):
         fly_with_derivatives(trial, t0, frames.time_s, p, none, rig, out, derivative)
         _rows(out, derivative, frames, origin, rows, residual)
-        misfit = _normal_equations(rows, residual, normal, right)
-        if misfit <= best and misfit < np.inf:  # a force may throw a flight out of all numbers
-            gained = best - misfit
-            best = misfit
+        # What the weights' step makes smaller is Huber's loss: the weighted squares may grow on the way there.
+        loss, missed = _normal_equations(rows, residual, normal, right)
+        if loss <= best and loss < np.inf:  # a force may throw a flight out of all numbers
+            gained = best - loss
+            best, misfit = loss, missed
             state[:] = trial
             fitted[:] = normal
             kept_right[:] = right
             damping = max(damping * LESS_DAMPING, LEAST_DAMPING)
-            if gained < CONVERGED + CONVERGED_SHARE * misfit:
+            if gained < CONVERGED + CONVERGED_SHARE * loss:
                 break
         else:
-            if misfit - best < CONVERGED + CONVERGED_SHARE * misfit:
+            if loss - best < CONVERGED + CONVERGED_SHARE * loss:
                 break
             damping = max(damping * MORE_DAMPING, RAISED_DAMPING)
             if damping > MOST_DAMPING:
@@ -299,10 +302,10 @@ def fit_single(
         gained = np.dot(step, kept_right)
         if damping < RAISED_DAMPING and gained < CONVERGED + CONVERGED_SHARE * best:
             state[:] = trial
-            best -= gained
+            misfit -= gained
             break
     for a in range(STATES):
         fitted[a, a] += RELATIVE_RIDGE * fitted[a, a] + RIDGE
     covariance[:] = np.linalg.inv(fitted)
     start[:] = state
-    return best
+    return misfit
