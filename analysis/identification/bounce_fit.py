@@ -129,7 +129,8 @@ class SequenceFit:
         records, settled = self._simulated(theta, self.times[:count], self.observed, self.sd, none, r)
         r = self.noise.whitened(r)
         weight = np.sqrt(np.minimum(1.0, CLIP / np.maximum(np.abs(r), 1e-12)))
-        cost = float(np.sum((r * weight) ** 2) + np.sum((self.prior * theta) ** 2))
+        # Huber's loss, whose slope the weighted rows have.
+        cost = float(np.sum((r * weight) ** 2 * (2.0 - weight**2)) + np.sum((self.prior * theta) ** 2))
         return _Evaluated(theta, count, cost, r.ravel() * weight.ravel(), weight, records, settled)
 
     def jacobian(self, here: _Evaluated) -> Array:
