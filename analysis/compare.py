@@ -98,6 +98,8 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpa
             "spin_before_rad_per_s",
         )
     )
+    turn_rad, passing = more.get("contact_normal", np.zeros(len(v_n))), v_t - nes.radius_m * spin
+    v_n, v_t = v_n + _turned(turn_rad, v_n, passing), v_t + _turned(turn_rad, passing, -v_n)
     with np.errstate(divide="ignore", invalid="ignore"):
         sliding = -1 + friction * (1 + restitution) * (1 + 1 / nes.inertia_factor) * np.abs(v_n) / np.abs(v_t)
     tangential = np.where(v_t == 0, 0.0, -np.minimum(reversal, sliding) * v_t)
@@ -115,10 +117,18 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpa
             "spin_after_rad_per_s",
         ]
     ].copy()
-    out["simulated_normal_speed_after_m_per_s"] = restitution * v_n
-    out["simulated_tangential_speed_after_m_per_s"] = tangential + nes.radius_m * turned
+    left, passing = restitution * v_n, tangential - nes.radius_m * after
+    out["simulated_normal_speed_after_m_per_s"] = left + _turned(turn_rad, left, passing)
+    along = tangential + _turned(turn_rad, passing, -left)
+    out["simulated_tangential_speed_after_m_per_s"] = along + nes.radius_m * turned
     out["simulated_spin_after_rad_per_s"] = after + turned
     return out.reset_index(drop=True)
+
+
+def _turned(turn_rad: Array, speed: Array, beside: Array) -> Array:
+    """What a ``speed`` (n,) changes by where its direction is turned by ``turn_rad`` (n,) towards that of the speed
+    ``beside`` it."""
+    return np.where(turn_rad == 0.0, 0.0, (np.cos(turn_rad) - 1) * speed + np.sin(turn_rad) * beside)
 
 
 def _after_lasting(slip: Array, sliding: Array, scenario: Scenario) -> Array:

@@ -29,8 +29,10 @@ def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]
     rows = fits[0].run.law
     if len(data) < FEWEST or not np.isin(rows[:, W.TARGET], list(OF_IMPACTS.values())).any():
         return data
-    each = [added_by(rows, one) for one in known_at_impacts(data, junctions, fits)]
+    known = known_at_impacts(data, junctions, fits)
+    each = [added_by(rows, one) for one in known]
     added = {name: np.array([one[name] for one in each]) for name in OF_IMPACTS}
+    data = along_normals(data, known[:, W.PASSING], added["contact_normal"])
     q = data.inertia_factor
     radius_m = junctions.radius_m
     turned = (
@@ -44,6 +46,28 @@ def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]
         angular=data.angular - q * turned,
     )
     return without_along(data, added["wall_friction"], added["tangential_restitution"])
+
+
+def along_normals(data: LawData, passing_m_per_s: Array, turn_rad: Array) -> LawData:
+    """``data`` as seen along normals that blows are turned to, by ``turn_rad`` (K,) counterclockwise from the wall's;
+    ``passing_m_per_s`` (K,): speed of the disk's centre along the wall before."""
+    if not turn_rad.any():
+        return data
+    c, s = np.cos(turn_rad), np.sin(turn_rad)
+    # What the spin has changed by is measured, so that the rest of the contact point's change is the centre's.
+    passed = passing_m_per_s + data.tangential_impulse - data.angular / data.inertia_factor
+    own, along = c * data.before + s * passing_m_per_s, c * passing_m_per_s - s * data.before
+    left, left_along = s * passed - c * data.after, c * passed + s * data.after
+    pushed = (left_along - passed - along + passing_m_per_s) / data.mobility
+    return replace(
+        data,
+        before=own,
+        after=-left,
+        slip=data.slip + along - passing_m_per_s,
+        normal_impulse=data.by_laws + own - left,
+        tangential_impulse=data.tangential_impulse + pushed,
+        angular=data.angular - pushed,
+    )
 
 
 def without_along(data: LawData, wall_friction: Array, tangential_restitution: Array) -> LawData:

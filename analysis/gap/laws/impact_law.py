@@ -23,6 +23,7 @@ from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_rates import rate_candidates
 from analysis.gap.laws.impact_rows import (
     ImpactRegression,
+    along_blows,
     distance_regression,
     law_regression,
     of_target,
@@ -50,7 +51,7 @@ CHOSEN_AGAIN = 3
 #: what acts on each coordinate of an impact
 ACTS_ON = {
     "normal": ("restitution",),
-    "tangential": ("wall_friction", "tangential_restitution"),
+    "tangential": ("wall_friction", "tangential_restitution", "contact_normal"),
     "spin": ("spin_kept", "spin_added"),
 }
 
@@ -258,12 +259,12 @@ def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits
     impacts, own = steps.fitted, [c.effect for c in steps.causes if c.effect in RESTITUTION_EFFECTS]
     if impacts is None or not own:
         return ()
-    data = impacts.data
-    values = of_target("restitution", law.rig_law, known_at_impacts(data, impacts.junctions, fits))
-    if values is None:
+    known = known_at_impacts(impacts.data, impacts.junctions, fits)
+    values, data = of_target("restitution", law.rig_law, known), along_blows(impacts.data, law.rig_law, known)
+    if values is None and data is impacts.data:
         return ()
-    least = threshold(steps.null_distribution, IMPACT_GAIN)
-    kept = [kept_gain(data, steps.restitution_terms, name, values[:, None]) for name in own]
+    least, beside = threshold(steps.null_distribution, IMPACT_GAIN), None if values is None else values[:, None]
+    kept = [kept_gain(data, steps.restitution_terms, name, beside) for name in own]
     return tuple(gain.name for gain in kept if not law_accepted(gain, least, data))
 
 
@@ -278,6 +279,7 @@ def impact_law_sizes(
         "restitution": NEGLIGIBLE["restitution"],
         "wall_friction": NEGLIGIBLE["sliding"] * nominal.wall_friction,
         "tangential_restitution": NEGLIGIBLE["sticking"] * (1 + nominal.tangential_restitution),
+        "contact_normal": NEGLIGIBLE["sliding"] * nominal.wall_friction,
         "spin_kept": NEGLIGIBLE["sticking"],
         "spin_added": NEGLIGIBLE["sticking"] * max(float(np.std(impacts.data.at.spin)), 1e-300),
     }

@@ -18,6 +18,8 @@ from analysis.gap.laws.dictionary.candidate import Candidate, waves
 from analysis.gap.laws.dictionary.impacts.around import CYCLES, ORDERS, SIDE_ORDERS
 from analysis.gap.laws.dictionary.impacts.law import INVERSE_APPROACH, WORDS
 from analysis.gap.laws.dictionary.impacts.memory import SWUNG, usual_between_s
+from analysis.gap.laws.dictionary.impacts.normals import TARGET as NORMAL_TARGET
+from analysis.gap.laws.dictionary.impacts.normals import WORD as NORMAL_WORD
 from analysis.gap.laws.dictionary.impacts.walls import BODY_ORDERS, TARGET, WALL_ORDERS, WORD
 from analysis.gap.laws.dictionary.parts import ANGLE_STEP, SCALE_STEP
 from analysis.gap.laws.impact_rows import ImpactRegression
@@ -73,7 +75,7 @@ _TARGETS = (*((WORDS[one], one) for one in ("restitution", "wall_friction", "tan
 _OVER_TURNS = tuple(_Word(f"{word} in waves over the disk's turns", target) for word, target in _TARGETS)
 _SPUN = ("spin added with the approach speed", "spin_added", ((Factor("approach"),),))
 _AROUND = (*(_Word(f"{word} in fine waves around the wall", target) for word, target in _TARGETS),
-           _Word(f"{_SPUN[0]} in fine waves around the wall", *_SPUN[1:]))  # fmt: skip
+           _Word(f"{NORMAL_WORD} in fine waves around the wall", NORMAL_TARGET))  # fmt: skip
 _SIDES = (*(_Word(f"{word} in fine waves around the disk", target) for word, target in _TARGETS),
           _Word(f"{_SPUN[0]} in fine waves around the disk", *_SPUN[1:]))  # fmt: skip
 

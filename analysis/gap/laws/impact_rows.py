@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.held_laws import known_at_impacts
+from analysis.contact.held_laws import along_normals, known_at_impacts
 from analysis.contact.law import LawData, fit_restitution, stick_impulse, sticks
 from analysis.contact.restitution import restitution_design
 from analysis.contact.wall_fit import DISTANCE_FLOOR_M
@@ -20,6 +20,7 @@ from analysis.flights.fit import FlightFits
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.statistics.robust import least_squares
+from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of
 from ovines.robust import MEDIAN_TO_SD, residual_sd
@@ -119,7 +120,7 @@ def law_regression(
     data = impacts.data
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     if scatter is None:
-        scatter = usual_scatter(data, restitution_terms, of_target("restitution", law, known))
+        scatter = usual_scatter(along_blows(data, law, known), restitution_terms, of_target("restitution", law, known))
     normal = _normal(data, restitution_terms, scatter)
     nominal = np.tile([[impacts.law.wall_friction], [impacts.law.tangential_restitution]], len(data))
     rows, kind = _rows(impacts, known, normal, nominal, sticks(data, *nominal))
@@ -160,12 +161,18 @@ def _rows(
     q = data.inertia_factor
     spun = impacts.junctions.radius_m * data.at.spin + data.tangential_impulse / q
     lost, turned = spun * q / (1 + q), np.full(count, impacts.junctions.radius_m * q / (1 + q))
+    # A blow along a turned normal takes of the centre's speed along the wall, and moves it along the wall without a
+    # torque; its slip is another.
+    impulse, passing = data.normal_impulse, known[:, W.PASSING]
+    met = (impulse / data.before * passing + data.tangential_impulse) * design[:, 0] / data.before
+    pushed, slipped = impulse / data.mobility, np.where(stuck != 0.0, (1 + along[1]) * data.before / data.mobility, 0.0)
     answers = {
         "restitution": np.concatenate([design[:, 0], none, none]),
         "wall_friction": np.concatenate([none, slides / tangential_sd, none]),
         "tangential_restitution": np.concatenate([none, stuck / tangential_sd, none]),
         "spin_kept": np.concatenate([none, lost / tangential_sd, lost * q / angular_sd]),
         "spin_added": np.concatenate([none, turned / tangential_sd, turned * q / angular_sd]),
+        "contact_normal": np.concatenate([met, (slipped - pushed) / tangential_sd, pushed / angular_sd]),
     }
     nuisances[:, -2], nuisances[:, -1] = answers["wall_friction"], answers["tangential_restitution"]
     residual, nuisances = np.nan_to_num(residual), np.nan_to_num(nuisances)
@@ -238,6 +245,12 @@ def of_target(
     if on_cylinder is not None:
         out[np.outer(on_cylinder, [of_wall_shape(term) for term in terms])] = 0.0
     return np.asarray(out.sum(1), float)
+
+
+def along_blows(data: LawData, law: WrittenLaw | None, known: Array) -> LawData:
+    """``data`` as seen along the normals that a ``law`` turns the blows to."""
+    turn_rad = of_target("contact_normal", law, known)
+    return data if turn_rad is None else along_normals(data, known[:, W.PASSING], np.nan_to_num(turn_rad))
 
 
 def usual_scatter(data: LawData, restitution_terms: Sequence[str], law: Array | None) -> float:

@@ -15,11 +15,14 @@ from ovines.core.system.dynamics import contact_bias, free_accelerations, push
 from ovines.core.system.impact import effective_restitution, impulses
 from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal_here, place, wall_and_centre
 from ovines.core.system.known import contact_known
-from ovines.core.system.packed import System
+from ovines.core.system.packed import Face, System
 
-RESTITUTION, WALL_FRICTION, TANGENTIAL_RESTITUTION, SPIN_KEPT, SPIN_ADDED = (
-    TARGETS[name].code for name in ("restitution", "wall_friction", "tangential_restitution", "spin_kept", "spin_added")
-)
+RESTITUTION, WALL_FRICTION, TANGENTIAL_RESTITUTION, SPIN_KEPT, SPIN_ADDED, CONTACT_NORMAL = (
+    TARGETS[name].code
+    for name in (
+        "restitution", "wall_friction", "tangential_restitution", "spin_kept", "spin_added", "contact_normal",
+    )
+)  # fmt: skip
 
 REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a chatter
 
@@ -72,7 +75,7 @@ def resolve(
     face = normal_here(wall, at, p, k, polygon)
     onto_wall(y, at, wall, p, k, polygon)
     place(t, y, system, scratch, at)
-    k_nn, k_nt, k_tt = inverse_mass(face, at, p)
+    k_nn, _k_nt, k_tt = inverse_mass(face, at, p)
     normal, tangential = contact_velocity(face, y[S.SPIN], at, p)
     pull = pull_to_wall(t, y, wall, system, work)
     slow = math.sqrt(2.0 * REST_HEIGHT * p[P.LENGTH] * abs(pull))
@@ -80,7 +83,7 @@ def resolve(
         push(at, face, -normal / k_nn, 0.0, p, k, y)
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
     azimuth = math.atan2(at[S.Y] - at[S.HOST_Y] + p[P.RADIUS] * face.y, at[S.X] - at[S.HOST_X] + p[P.RADIUS] * face.x)
-    restitution = effective_restitution(normal, azimuth, t, p)
+    restitution, blow = effective_restitution(normal, azimuth, t, p), face
     friction, reversal, kept, added = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION], 1.0, 0.0
     known = work[P.SPARE]  # replaced where a law asks
     if system.law.shape[0] > 0:
@@ -90,6 +93,7 @@ def resolve(
         restitution = min(max(restitution + law_of(RESTITUTION, system.law, known), 0.0), 1.0)
         friction = max(friction + law_of(WALL_FRICTION, system.law, known), 0.0)
         reversal = min(max(reversal + law_of(TANGENTIAL_RESTITUTION, system.law, known), -1.0), 1.0)
+        blow = turned(face, law_of(CONTACT_NORMAL, system.law, known), y[S.SPIN], at, p)
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
     record[P.NORMAL] = math.atan2(face.y, face.x)
     record[P.NORMAL_BEFORE], record[P.TANGENTIAL_BEFORE], record[P.SPIN_BEFORE] = normal, tangential, y[S.SPIN]
@@ -102,13 +106,15 @@ def resolve(
         onto_wall(y, at, wall, p, k, polygon)
         after_n, after_t = contact_velocity(face, y[S.SPIN], at, p)
     else:
-        p_n, p_t, stuck = impulses(normal, tangential, k_nn, k_nt, k_tt, restitution, friction, reversal)
-        push(at, face, p_n, p_t, p, k, y)
-        after_n = normal + k_nn * p_n + k_nt * p_t
-        after_t = tangential + k_nt * p_n + k_tt * p_t
-        if k[P.STATE_SIZE] > 6:
-            y[P.LOST_NORMAL] -= 0.5 * p_n * (normal + after_n)
-            y[P.LOST_TANGENT] -= 0.5 * p_t * (tangential + after_t)
+        after_n, after_t, stuck = strike(y, at, blow, (restitution, friction, reversal), p, k)
+        if blow.x != face.x or blow.y != face.y:
+            place(t, y, system, scratch, at)
+            after_n, after_t = contact_velocity(face, y[S.SPIN], at, p)
+            if after_n > 0.0:  # a blow that is turned into the wall does not go through it
+                push(at, face, -after_n / k_nn, 0.0, p, k, y)
+                if k[P.STATE_SIZE] > 6:
+                    y[P.LOST_NORMAL] += 0.5 * after_n * after_n / k_nn
+                after_n = 0.0
     if system.law.shape[0] > 0:
         known[W.SPIN_LEFT] = y[S.SPIN]
         kept += law_of(SPIN_KEPT, system.law, known)
@@ -131,6 +137,34 @@ def resolve(
         push(at, face, -after_n / k_nn, 0.0, p, k, y)
         return P.SLIDE, duration, True
     return P.FLIGHT, duration, True
+
+
+@compiled
+def turned(face: Face, angle: float, spin: float, at: Floats, p: Floats) -> Face:
+    """The wall whose normal is turned by ``angle`` (rad, counterclockwise); itself where the disk of this ``spin``
+    (rad/s) would not come into the turned one."""
+    c, s = math.cos(angle), math.sin(angle)
+    other = Face(c * face.x - s * face.y, s * face.x + c * face.y, face.gap, face.curvature)
+    return other if angle != 0.0 and contact_velocity(other, spin, at, p)[0] > 0.0 else face
+
+
+@compiled
+def strike(
+    y: Floats, at: Floats, face: Face, law: tuple[float, float, float], p: Floats, k: Ints
+) -> tuple[float, float, bool]:
+    """An impact in an instant, in place, by the numbers of the ``law`` (restitution, wall friction, tangential
+    restitution); the contact point's velocity after it along ``face``'s normal and tangent, and whether it stuck."""
+    k_nn, k_nt, k_tt = inverse_mass(face, at, p)
+    normal, tangential = contact_velocity(face, y[S.SPIN], at, p)
+    restitution, friction, reversal = law
+    p_n, p_t, stuck = impulses(normal, tangential, k_nn, k_nt, k_tt, restitution, friction, reversal)
+    push(at, face, p_n, p_t, p, k, y)
+    after_n = normal + k_nn * p_n + k_nt * p_t
+    after_t = tangential + k_nt * p_n + k_tt * p_t
+    if k[P.STATE_SIZE] > 6:
+        y[P.LOST_NORMAL] -= 0.5 * p_n * (normal + after_n)
+        y[P.LOST_TANGENT] -= 0.5 * p_t * (tangential + after_t)
+    return after_n, after_t, stuck
 
 
 @compiled

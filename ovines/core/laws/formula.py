@@ -26,6 +26,7 @@ CHANGES = {
     "tangential_restitution": (r"\Delta\beta_0", "tangential restitution +="),
     "spin_kept": (r"\Delta(\omega'/\omega)", "share of the spin kept +="),
     "spin_added": (r"\Delta\omega'", "spin after an impact +="),
+    "contact_normal": (r"\Delta\alpha_n", "direction of the blow +="),
     "contact_radius": (r"\Delta R_c", "contact radius +="),
     "spin": (r"\Delta\dot\omega", "spin' +="),
     "clock_delay": (r"\Delta\tau", "delay of all cameras +="),

@@ -68,6 +68,10 @@ TARGETS: dict[str, Target] = {
             ("tangential_restitution", "1", r"\beta_0", "", "impact", "the tangential restitution"),
             ("spin_kept", "1", r"\omega'/\omega", "", "impact", "the share of the spin that an impact leaves"),
             ("spin_added", "rad/s", r"\omega'", "", "impact", "the spin after an impact"),
+            (
+                "contact_normal", "rad", r"\alpha_n", "", "impact",
+                "the wall's normal, turned at the blow, counterclockwise",
+            ),
             ("contact_radius", "m", r"R_c", "", "geometry", "the radius at which the disk's centre meets the wall"),
             ("picture_u", "px", r"u", "camera", "measurement", "the place of a camera's picture along u"),
             ("picture_v", "px", r"v", "camera", "measurement", "the place of a camera's picture along v"),

@@ -41,6 +41,7 @@ IMPACT = WrittenLaw(
         Term("restitution", -0.05, (Factor("approach"),)),
         Term("wall_friction", 0.05, (Factor("azimuth", "cosine", 2.0, x=0.3),)),
         Term("spin_kept", -0.1),
+        Term("contact_normal", 0.04, (Factor("slip", "tanh", 1.0, 0.3),)),
     )
 )
 WALL = WrittenLaw((Term("contact_radius", 2e-4, (Factor("azimuth", "cosine", 3.0, x=0.3),)),))

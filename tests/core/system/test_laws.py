@@ -540,6 +540,41 @@ def test_what_is_no_law_is_refused(law, word):
         law()
 
 
+@pytest.mark.parametrize("turn_rad", [0.08, -0.05])
+def test_a_blow_is_turned_from_the_walls_normal(turn_rad):
+    """A disk that comes straight to a fixed wall leaves as from a wall that is turned: by restitution along its normal,
+    by friction's cone or beta_0 along its tangent, and the contact point's impulse alone turns it."""
+    for friction in (0.02, 0.5):
+        rig = Scenario(
+            "turned", Nes(0.01, 0.0246), Host(radius_m=0.05), ImpactLaw(0.7, friction, 0.5), 0.03,
+            initial_nes=(0.025, 0.0, 1.0, 0.0, 0.0, 0.0), laws=(WrittenLaw((Term("contact_normal", turn_rad),)),),
+        )  # fmt: skip
+        blow = simulate(rig).impacts[0]
+        c, s, q = math.cos(turn_rad), math.sin(turn_rad), 0.5
+        normal, slip = c, -s
+        along = min(1.5 * abs(slip) / (1 + 1 / q), friction * 1.7 * normal) * math.copysign(1.0, turn_rad)
+        jump = np.array([[c, -s], [s, c]]) @ [-1.7 * normal, along]
+        turned = along / (q * 0.01)
+        assert blow["normal_speed_before_m_per_s"] == pytest.approx(1.0, rel=1e-9)
+        assert blow["normal_speed_after_m_per_s"] == pytest.approx(1.0 + jump[0], rel=1e-9)
+        assert blow["tangential_speed_after_m_per_s"] == pytest.approx(jump[1] + 0.01 * turned, rel=1e-9)
+        assert blow["spin_after_rad_per_s"] == pytest.approx(turned, rel=1e-9)
+
+
+def test_a_blow_that_is_turned_takes_no_energy_and_stays_inside():
+    """Without friction and losses the speed stays, however the blows are turned; and none goes through the wall."""
+    rig = Scenario(
+        "turned", Nes(0.01, 0.0246), Host(radius_m=0.05), ImpactLaw(1.0, 0.0, 0.0), 1.0,
+        initial_nes=(0.01, 0.005, 1.0, 0.4, 0.0, 0.0),
+        laws=(WrittenLaw((Term("contact_normal", 0.15, (Factor("azimuth", "cosine", 3.0),)),)),),
+    )  # fmt: skip
+    run = simulate(rig)
+    assert len(run.impacts) > 8
+    speed = np.hypot(run.motion["nes_vx_m_per_s"], run.motion["nes_vy_m_per_s"])
+    assert np.hypot(run.motion["nes_x_m"], run.motion["nes_y_m"]).max() < 0.04 + 1e-9
+    assert np.ptp(speed) < 1e-9
+
+
 def test_the_simulator_refuses_what_it_cannot_hold():
     """A wall that follows the spin; a law in step with a drive that has no frequency."""
     wall = WrittenLaw((Term("contact_radius", 1e-4, (Factor("spin"),)),))

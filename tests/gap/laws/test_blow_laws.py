@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.contact.held_laws import along_normals, known_at_impacts
+from analysis.contact.law import fit_restitution
 from analysis.gap.cause import Structure
 from analysis.gap.laws import impact_law, impact_rates
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
@@ -23,7 +25,7 @@ from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.kernel import sizes
-from ovines.core.laws.terms import Factor, Term, rows_of
+from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
 from ovines.robust import MEDIAN_TO_SD
 from tests.gap.laws.test_memory_laws import EFFECTS, impact_fit, made_series, quantities
 from tests.gap.laws.test_uneven_laws import ENOUGH, Asked
@@ -48,6 +50,8 @@ IMPACTS = {
     "two sides that give way twice a cycle": Term(
         "restitution", 1.0, (Factor("azimuth", "cosine", x=0.7), Factor("phase", "cosine", 2.0, x=0.4))
     ),
+    "teeth that lean": Term("contact_normal", 1.0),
+    "a lining that bulges before the disk": Term("contact_normal", 1.0, (Factor("slip", "tanh", 1.0, 0.4),)),
 }  # fmt: skip
 WALLS = {
     "tape that is wound on": Term("contact_radius", 1.0, (Factor("turned", "tanh", 1.0, 20.0, 6.0),)),
@@ -67,6 +71,7 @@ RATES = {
     ),
     "a helix of two turns": Term("restitution", 1.0, (Factor("turned", "cosine", 1.0, 2.0, 0.3),)),
     "fine teeth": Term("restitution", 1.0, (Factor("azimuth", "cosine", 23.0, x=0.1),)),
+    "a tool that chattered": Term("contact_normal", 1.0, (Factor("azimuth", "cosine", 23.0, x=0.1),)),
     "a gear": Term("spin_added", 1.0, (Factor("approach"), Factor("body_angle", "cosine", 12.0, x=0.1))),
 }
 
@@ -243,3 +248,60 @@ def test_friction_of_each_run_is_reported_to_a_hundredth(tmp_path):
     (term,) = law.law.terms
     assert (term.target, [one.quantity for one in term.factors]) == ("wall_friction", ["run"]), as_text(law.law)
     assert law.halves.agree and law.halves.sizes == pytest.approx((1.0, 1.0), abs=0.03)
+
+
+#: of the plant: what turns a blow, the number that says how far (rad), and what the law follows
+TURNED = {
+    "unknown_sawtooth_wall": ("saw_rad", []),
+    "unknown_bulging_lining": ("piled_rad", [("slip", "tanh")]),
+    "unknown_chatter_marks": ("marks_rad", [("azimuth", "cosine")]),
+}
+
+
+@pytest.mark.others_further
+@pytest.mark.parametrize("cause", TURNED)
+def test_a_blow_that_is_turned_from_the_walls_normal_is_one_number(tmp_path, cause):
+    """Not a spin that is added, another return along the wall and a restitution that goes with the speed beside it."""
+    number, follows = TURNED[cause]
+    series, true = made_series(tmp_path, cause, 1.0, 12, runs=4)
+    impacts, fits = impact_fit(series)
+    law = find_impact_law(impacts, fits, (), series.frame, np.random.default_rng(0))
+    assert law is not None
+    (term,) = law.law.terms
+    assert term.target == "contact_normal", as_text(law.law)
+    assert [(one.quantity, one.function) for one in term.factors] == follows
+    assert abs(abs(term.coefficient) - abs(true[number])) < 2 * term.sd < 0.5 * abs(true[number])
+    assert law.closed > 0.9
+
+
+def test_impacts_along_the_normals_that_a_law_turns_them_to_follow_the_plain_law(tmp_path):
+    """What the simulator turns is turned back: of a wall whose teeth lean, held by the model, restitution, friction and
+    tangential restitution are those of a plain one, and the spin's rows have nothing left."""
+    series, _ = made_series(tmp_path, "unknown_sawtooth_wall", 1.0, 12, runs=3)
+    impacts, fits = impact_fit(series)
+    turn = WrittenLaw((Term("contact_normal", -0.0413623),))
+    known = known_at_impacts(impacts.data, impacts.junctions, fits)
+    plain = along_normals(impacts.data, known[:, W.PASSING], np.full(len(known), turn.terms[0].coefficient))
+    scatter = [fit_restitution(one)[2] for one in (impacts.data, plain)]
+    off = [float(np.sqrt(np.mean((one.angular / one.angular_sd) ** 2))) for one in (impacts.data, plain)]
+    assert scatter[1] < 0.5 * scatter[0]
+    assert off[1] < 0.5 * off[0] and off[1] < 1.5
+
+
+def test_rows_answer_a_turn_as_impacts_seen_along_turned_normals_do(recorded):
+    """By differences, beside what the nominal law is free in: normal, tangential and angular rows."""
+    impacts, fits, rows, _, _ = recorded
+    small, passing = 1e-6, rows.known[:, W.PASSING]
+    moved = replace(impacts, data=along_normals(impacts.data, passing, np.full(len(passing), small)))
+    scatter = fit_restitution(impacts.data)[2]
+    before, after = (law_regression(one, fits, (), scatter=scatter).problem for one in (impacts, moved))
+    by_difference = (before.residual - after.residual) / small
+    answered = rows.columns([Term("contact_normal", 1.0)])[:, 0]
+    free = before.nuisances
+    for part in np.split(np.arange(len(answered)), 3):
+        beside = np.column_stack([free[part], answered[part]])
+        beside = beside[:, np.any(beside != 0.0, 0)]
+        found = np.linalg.lstsq(beside, by_difference[part], rcond=None)[0]
+        left = by_difference[part] - beside @ found
+        assert found[-1] == pytest.approx(1.0, abs=0.03)
+        assert np.sqrt(np.mean(left**2)) < 0.05 * np.sqrt(np.mean(by_difference[part] ** 2))

@@ -14,13 +14,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.held_laws import OF_IMPACTS, known_at_impacts
+from analysis.contact.held_laws import OF_IMPACTS, along_normals, known_at_impacts
 from analysis.contact.law import LawData, fit_restitution
 from analysis.contact.restitution import restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.selection.impacts.covariates import covariates
 from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.statistics.robust import least_squares
+from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.terms import Term, WrittenLaw, rows_of
 
@@ -43,15 +44,18 @@ def impact_floor(
     """
     data = impacts.data
     terms = _of_impacts(laws)
-    sized = _sized(terms, impacts, fits)
-    design = _with_laws(data, restitution_terms, terms, sized)
-    c, _, scatter = fit_restitution(data, design)[:3]
+    sized, passing = _sized(terms, impacts, fits)
+    design, turns = _with_laws(data, restitution_terms, terms, sized), sized[:, _turning(terms)]
+    c, _, scatter = fit_restitution(along_normals(data, passing, turns.sum(1)), design)[:3]
     table = np.column_stack(
         [np.ones(len(data)), *covariates(data).values(), np.cos(data.at.azimuth_rad), np.sin(data.at.azimuth_rad)]
     )
     speed = np.column_stack([np.exp(-data.before / s) for s in (0.4, 1.5)])
     normal_sd = np.hypot(data.normal_sd, scatter * data.before)
-    normal = _left_over(data.after, data.before[:, None] * np.column_stack([design, table[:, 1:], speed]), normal_sd)
+    # Along a turned normal the disk meets the wall with a part of its speed along it, and is pushed aside.
+    met = (data.normal_impulse / data.before * passing + data.tangential_impulse)[:, None] * turns
+    followed = np.column_stack([data.before[:, None] * np.column_stack([design, table[:, 1:], speed]), met])
+    normal = _left_over(data.after, followed, normal_sd)
     # One impact ahead the normal impulse is the predicted one.
     impulse = data.before + data.by_laws + (design @ c) * data.before
     law = impacts.tangential_impulse(replace(data, normal_impulse=impulse))
@@ -69,8 +73,9 @@ def scatter_beside(
 ) -> float:
     """Scatter of the restitution from impact to impact beside what ``laws`` predict of it."""
     terms = _of_impacts(laws)
-    design = _with_laws(impacts.data, restitution_terms, terms, _sized(terms, impacts, fits))
-    return fit_restitution(impacts.data, design)[2]
+    sized, passing = _sized(terms, impacts, fits)
+    data = along_normals(impacts.data, passing, sized[:, _turning(terms)].sum(1))
+    return fit_restitution(data, _with_laws(data, restitution_terms, terms, sized))[2]
 
 
 def _of_impacts(laws: Sequence[WrittenLaw]) -> list[Term]:
@@ -83,12 +88,20 @@ def _with_laws(data: LawData, restitution_terms: Sequence[str], terms: Sequence[
     return np.column_stack([restitution_design(data, restitution_terms), sized[:, own]])
 
 
-def _sized(terms: Sequence[Term], impacts: ImpactFit, fits: Sequence[FlightFits]) -> Array:
-    """What each term adds to what it acts on, at each impact (K, T)."""
-    out = np.zeros((len(impacts.data), len(terms)))
+def _turning(terms: Sequence[Term]) -> NDArray[np.bool_]:
+    """Which terms turn the blow."""
+    return np.array([term.target == "contact_normal" for term in terms], bool)
+
+
+def _sized(terms: Sequence[Term], impacts: ImpactFit, fits: Sequence[FlightFits]) -> tuple[Array, Array]:
+    """What each term adds to what it acts on, at each impact (K, T); and the centre's speed along the wall there (K,;
+    m/s), where there is any term."""
+    out, passing = np.zeros((len(impacts.data), len(terms))), np.zeros(len(impacts.data))
     if terms:
-        sizes(rows_of(terms), known_at_impacts(impacts.data, impacts.junctions, fits), out)
-    return np.nan_to_num(out)
+        known = known_at_impacts(impacts.data, impacts.junctions, fits)
+        sizes(rows_of(terms), known, out)
+        passing = known[:, W.PASSING]
+    return np.nan_to_num(out), passing
 
 
 def _lever(target: str, data: LawData, impulse: Array, radius_m: float) -> Array:
@@ -99,6 +112,7 @@ def _lever(target: str, data: LawData, impulse: Array, radius_m: float) -> Array
         "tangential_restitution": data.slip,
         "spin_kept": radius_m * data.at.spin,
         "spin_added": np.full(len(data), radius_m),
+        "contact_normal": impulse,
     }[target]
 
 

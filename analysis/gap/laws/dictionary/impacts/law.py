@@ -10,7 +10,6 @@ from analysis.gap.laws.dictionary.between_runs import law_between
 from analysis.gap.laws.dictionary.candidate import Candidate, waves, ways
 from analysis.gap.laws.dictionary.impacts.around import (
     IN_STEP,
-    ORDERS,
     SIDE_ORDERS,
     around_everything,
     creeping,
@@ -29,6 +28,7 @@ from analysis.gap.laws.dictionary.impacts.memory import (
     turning,
     worn,
 )
+from analysis.gap.laws.dictionary.impacts.normals import normal_candidates
 from analysis.gap.laws.dictionary.modulated import WEARS, Carrier
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from analysis.gap.laws.dictionary.uneven import of_impacts_uneven, uneven
@@ -132,30 +132,22 @@ def law_candidates(known: Array) -> list[Candidate]:
     out += swinging("restitution of a wall that swings", "restitution", ("swing_rate",), known, INVERSE_APPROACH)
     out += swinging("restitution of a wall that breathes", "restitution", BREATHING, known)
     out += [plain(f"spin added {name}", Term("spin_added", 1.0, factors)) for name, factors in ADDED]
-    out += _turned_blow(known)
+    out += _resisted(known)
     for order in SIDE_ORDERS:
         sides = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("body_angle", order))
         out.append(plain(f"spin added with the approach speed and the side of the disk, order {order:g}", *sides))
     for order in TURNING_ORDERS:  # a wall that turns in its seat, or on a side of it only
         sides = (Term("spin_added", 1.0, (wave,)) for wave in waves("azimuth", order))
         out.append(plain(f"spin added around the wall, order {order:g}", *sides))
-    for order in ORDERS:  # a wall whose normals lean to one side and the other
-        leans = (Term("spin_added", 1.0, (Factor("approach"), wave)) for wave in waves("azimuth", order))
-        out.append(plain(f"spin added with the approach speed around the wall, order {order:g}", *leans))
-    return out
+    return out + normal_candidates(known)
 
 
-def _turned_blow(known: Array) -> list[Candidate]:
-    """A blow that is turned against the slip, or with it, as a lining that piles up before the disk turns it: it moves
-    the disk along the wall without a torque, which is missing in the spin then; or one that resists the spin, and stops
-    a slow one."""
-    out = []
-    for word, quantity, column in (("slip", "slip", W.SLIP), ("spin left", "spin_left", W.SPIN_LEFT)):
-        values = np.abs(known[:, column])
-        sizes = sorted({float(s) for s in np.quantile(values, SCALES)}) if len(values) else []
-        name = f"spin added with the approach speed and the {word}, bent"
-        out += scaled(name, "spin_added", (quantity, "tanh", 1.0), sizes, (Factor("approach"),))
-    return out
+def _resisted(known: Array) -> list[Candidate]:
+    """A blow that resists the spin, and stops a slow one."""
+    values = np.abs(known[:, W.SPIN_LEFT])
+    sizes = sorted({float(s) for s in np.quantile(values, SCALES)}) if len(values) else []
+    name = "spin added with the approach speed and the spin left, bent"
+    return scaled(name, "spin_added", ("spin_left", "tanh", 1.0), sizes, (Factor("approach"),))
 
 
 def _plain() -> list[tuple[str, Factor]]:
