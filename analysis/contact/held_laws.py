@@ -23,10 +23,10 @@ FEWEST, SETTLED = 4, 4
 OF_IMPACTS = {name: target.code for name, target in TARGETS.items() if target.stage == "impact"}
 
 
-def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]) -> LawData:
-    """``data`` as it would be without the laws that the runs hold: each number of the contact law less what a law adds
-    to it there."""
-    rows = fits[0].run.law
+def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits], rows: Array | None = None) -> LawData:
+    """``data`` as it would be without the laws that the runs hold, or those of packed ``rows`` (T, ROW_SIZE): each
+    number of the contact law less what a law adds to it there."""
+    rows = fits[0].run.law if rows is None else rows
     if len(data) < FEWEST or not np.isin(rows[:, W.TARGET], list(OF_IMPACTS.values())).any():
         return data
     known = known_at_impacts(data, junctions, fits)

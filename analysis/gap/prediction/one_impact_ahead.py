@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.held_laws import added_by, known_at_impacts
+from analysis.contact.held_laws import added_by, known_at_impacts, without_laws
 from analysis.contact.impacts import Junctions, measure
 from analysis.contact.law import Law
 from analysis.contact.restitution import Conditions, EffectsFit, fit_effects
@@ -63,7 +63,6 @@ def through_impacts(
     """
     paths = [np.full((len(run.data.time_s), 3), np.nan) for run in runs]
     junctions = impacts.junctions
-    terms = impacts.wall.terms
     data = impacts.data
     known = dict(zip(data.at.index.tolist(), known_at_impacts(data, junctions, fits), strict=True)) if len(held) else {}
     for number in range(len(runs)):
@@ -71,7 +70,7 @@ def through_impacts(
         if not here.any():
             continue
         rest = ~here if len(runs) > 1 and np.count_nonzero(~here) >= 8 else np.ones(len(here), bool)
-        learnt = _learn(subset(junctions, rest), impacts.without(number), terms, restitution_terms, finite)
+        learnt = _learn(subset(junctions, rest), impacts.without(number), restitution_terms, finite, (fits, held))
         for one in np.flatnonzero(here):
             junction = subset(junctions, np.arange(len(junctions)) == one)
             path = _carry(junction, runs[number], fits[number], learnt, added_by(held, known.get(int(one))))
@@ -82,15 +81,20 @@ def through_impacts(
 
 
 def _learn(
-    junctions: Junctions, impacts: ImpactFit, terms: Sequence[str], restitution_terms: Sequence[str], finite: bool
+    junctions: Junctions,
+    impacts: ImpactFit,
+    restitution_terms: Sequence[str],
+    finite: bool,
+    held: tuple[Sequence[FlightFits], Array],
 ) -> _Learnt:
-    extra, start = None, impacts.wall.wall
+    """From ``junctions``, beside what is ``held``: laws' rows, between flights."""
+    extra, start, terms = None, impacts.wall.wall, impacts.wall.terms
     prior = wall_prior(start)
     if finite:
         first = fit_wall(junctions, start, terms, prior, rounds=2)
         extra = np.maximum(first.impacts.of("normal_before"), 0)[:, None]
     fitted = fit_wall(junctions, start, terms, prior, extra)
-    data = law_of(fitted, impacts)
+    data = without_laws(law_of(fitted, impacts), junctions, *held)
     restitution = fit_effects(data, restitution_terms, {})
     slope = float(fitted.estimate[-1]) if finite else 0.0
     return _Learnt(

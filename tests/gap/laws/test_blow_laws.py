@@ -19,6 +19,7 @@ from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.impact_law import find_impact_law, find_wall_law
 from analysis.gap.laws.impact_rows import EVEN_SD, distance_regression, law_regression, weighed_evenly
 from analysis.gap.laws.regression.problem import Regression
+from analysis.gap.prediction.one_impact_ahead import through_impacts
 from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impacts.fit import fit_impacts
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
@@ -305,3 +306,16 @@ def test_rows_answer_a_turn_as_impacts_seen_along_turned_normals_do(recorded):
         left = by_difference[part] - beside @ found
         assert found[-1] == pytest.approx(1.0, abs=0.03)
         assert np.sqrt(np.mean(left**2)) < 0.05 * np.sqrt(np.mean(by_difference[part] ** 2))
+
+
+def test_a_held_law_of_the_restitution_is_not_counted_twice_one_impact_ahead(loaded):
+    """What is learnt of the other runs is learnt without it: a constant that is held beside changes no prediction."""
+    _, series = loaded("none", 1.0, 12, runs=6)
+    fits = first_flights(series, EFFECTS).fits
+    impacts = fit_impacts(fits)
+    held = [rows_of(terms) for terms in ([], [Term("restitution", 0.05)])]
+    paths = [through_impacts(series.runs, fits, impacts, (), finite=False, held=one) for one in held]
+    seen = [np.isfinite(path).all(1) for path in paths[0]]
+    assert sum(map(np.count_nonzero, seen)) > 500
+    off = [np.abs(one - other)[use] for one, other, use in zip(*paths, seen, strict=True)]
+    assert max(map(np.max, off)) < 1e-7
