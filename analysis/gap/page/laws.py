@@ -242,6 +242,7 @@ def evidence_figure(found: Evidence) -> Figure:
 def _missing(found: Evidence) -> str:
     target = TARGETS[found.target]
     shown_unit = SHOWN.get(found.target_unit, (1.0, found.target_unit))[1]
+    shown_unit = target.unit if shown_unit == "1" else shown_unit  # an angle's is its target's
     unit = "" if shown_unit == "1" else f" [{shown_unit}]"
     what = "missing acceleration" if target.stage == "flight" else "missing"
     if target.unit == "1":

@@ -70,7 +70,7 @@ TARGETS: dict[str, Target] = {
             ("spin_added", "rad/s", r"\omega'", "", "impact", "the spin after an impact"),
             (
                 "contact_normal", "rad", r"\alpha_n", "", "impact",
-                "the wall's normal, turned at the blow, counterclockwise",
+                "the turn of a blow from the wall's normal, counterclockwise",
             ),
             ("contact_radius", "m", r"R_c", "", "geometry", "the radius at which the disk's centre meets the wall"),
             ("picture_u", "px", r"u", "camera", "measurement", "the place of a camera's picture along u"),
