@@ -148,8 +148,7 @@ def _picture_law(rows: FrameRows | None, series: Series, rng: np.random.Generato
     half runs are held out besides."""
     alone = None if rows is None else lone_run(rows, camera, LEVEL_WHERE_LEFT)
     if rows is not None and alone is not None:
-        problem, steps = alone
-        found = _law_of(replace(rows, problem=problem), series, rng, steps)
+        found = _law_of(replace(rows, problem=alone.problem), series, rng, alone.steps)
         if found:
             return found
     return _law_of(rows, series, rng)
