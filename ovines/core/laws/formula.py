@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 
-from ovines.core.laws.targets import TARGETS
-from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import (
-    ALONG,
+from ovines.core.laws.targets import (
     BOARDS,
     DIRECTED,
-    LINES,
     MARKER_NEIGHBOUR,
     MARKER_WAY,
     NES_CARD,
     NES_PLACE,
-    QUANTITIES,
-    TRAINS,
+    TARGETS,
 )
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.words import ALONG, LINES, QUANTITIES, TRAINS
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {

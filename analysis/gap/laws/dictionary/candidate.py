@@ -11,9 +11,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.core.laws.targets import TARGETS
+from ovines.core.laws.targets import MARKERS, TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, wrapped
-from ovines.core.laws.words import ALONG, LINES, MARKERS, QUANTITIES, TRAINS
+from ovines.core.laws.words import ALONG, LINES, QUANTITIES, TRAINS
 
 Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
