@@ -298,42 +298,48 @@ def legend(law: WrittenLaw) -> list[tuple[str, str]]:
     """(LaTeX, meaning) of every symbol of the formula."""
     out: dict[str, str] = {}
     for term in law.terms:
+        target = TARGETS[term.target]
         if _has_direction(term):
-            entry = TARGETS[term.target]
-            own = {
-                "angle": f", at {term.x:.3g} rad",
-                "axis": f", about the axis at {term.x:.3g} rad",
-                "body": f", at {term.x:.3g} rad from its own axis",
-                "wind": f", {_wind(term)}",
-                "time": "",
-            }.get(entry.own, f", at ({_place(term)})" if entry.own else "")
-            out[entry.symbol] = entry.meaning + own
-        elif TARGETS[term.target].own in DIRECTED:
-            entry = TARGETS[term.target]
-            out[entry.symbol] = f"{entry.meaning}, at {term.y:.3g} rad"
+            out[target.symbol] = target.meaning + _own_of_target(term)
+        elif target.own in DIRECTED:
+            out[target.symbol] = f"{target.meaning}, at {term.y:.3g} rad"
         for one in term.factors:
             quantity = QUANTITIES[one.quantity]
-            own = ""
-            if quantity.own in ("room", "host"):
-                own = f", at ({_place(one)})"
-            elif quantity.own == "wind":
-                own = f", {_wind(one)}"
-            elif one.quantity in ALONG:
-                own = f" of {one.x:.3g} rad"
-            elif quantity.own in LINES:
-                own = f" of {one.y:.3g} rad"
-            elif quantity.own == "fading":
-                own = f", within {one.y:.3g} s"
-            elif quantity.own == "trailing":
-                own = f", within {1e3 * one.y:.3g} mm"
-            elif quantity.own == "swinging":
-                own = (f", at {one.x:.3g} rad/s and" if one.x else ",") + f" within {one.y:.3g} s"
-            elif quantity.own == "spreading":
-                own = f", within {_spread(one)}"
-            elif quantity.own == "turning":
+            if quantity.own == "turning":
                 # The formula writes it by the azimuth and the time.
-                for part in ("azimuth", "time"):
-                    out[QUANTITIES[part].symbol] = QUANTITIES[part].in_words
-                continue
-            out[quantity.symbol] = quantity.in_words + own
+                out |= {QUANTITIES[part].symbol: QUANTITIES[part].in_words for part in ("azimuth", "time")}
+            else:
+                out[quantity.symbol] = quantity.in_words + _own_of_quantity(one)
     return list(out.items())
+
+
+def _own_of_target(term: Term) -> str:
+    """What the target's place or angle is, after its meaning."""
+    own = TARGETS[term.target].own
+    said = {
+        "angle": f", at {term.x:.3g} rad",
+        "axis": f", about the axis at {term.x:.3g} rad",
+        "body": f", at {term.x:.3g} rad from its own axis",
+        "wind": f", {_wind(term)}",
+        "time": "",
+    }
+    return said.get(own, f", at ({_place(term)})" if own else "")
+
+
+def _own_of_quantity(one: Factor) -> str:
+    """What the quantity's place, angle or range is, after its meaning."""
+    own = QUANTITIES[one.quantity].own
+    if one.quantity in ALONG:
+        return f" of {one.x:.3g} rad"
+    if own in LINES:
+        return f" of {one.y:.3g} rad"
+    said = {
+        "room": f", at ({_place(one)})",
+        "host": f", at ({_place(one)})",
+        "wind": f", {_wind(one)}",
+        "fading": f", within {one.y:.3g} s",
+        "trailing": f", within {1e3 * one.y:.3g} mm",
+        "swinging": (f", at {one.x:.3g} rad/s and" if one.x else ",") + f" within {one.y:.3g} s",
+        "spreading": f", within {_spread(one)}",
+    }
+    return said.get(own, "")
