@@ -29,7 +29,8 @@ from analysis.gap.laws.instead.flights import flight_law_beyond, flight_law_inst
 from analysis.gap.laws.instead.impacts import restitution_law_instead, without_effects
 from analysis.gap.laws.instead.wall import is_lasting, wall_law_instead
 from analysis.gap.named_laws import NamedPart, effect_of_restitution, named_part, with_named_contact_law, with_named_law
-from analysis.gap.selection.flight_steps import FlightSteps, sized_beside
+from analysis.gap.selection.flight_steps import FlightSteps
+from analysis.gap.selection.flights_beside_law import sized_beside
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.gap.thresholds import (

@@ -11,8 +11,9 @@ from scipy.special import chdtri
 
 from analysis.gap.cause import Cause, Structure
 from analysis.gap.drive.findings import NEGLIGIBLE_SHARE, DriveSteps, is_sure, rms_m
+from analysis.gap.drive.lines import Line
 from analysis.gap.drive.measured_path import MeasuredPath
-from analysis.gap.drive.swings import SWINGS, Line, Swing, best_swing
+from analysis.gap.drive.swings import SWINGS, Swing, best_swing
 from analysis.gap.drive.terms import chance, is_there, left_of
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT, IMPROVED

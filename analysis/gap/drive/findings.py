@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run
 from analysis.gap.cause import Cause, Structure
+from analysis.gap.drive.lines import Line
 from analysis.gap.drive.measured_path import MeasuredPath
 from analysis.gap.drive.pushes import RunPushes
-from analysis.gap.drive.swings import Line, Swing
+from analysis.gap.drive.swings import Swing
 from analysis.gap.drive.terms import LEVEL, chance, places_of
 from analysis.gap.series import Series
 from analysis.gap.thresholds import IMPACT_GAIN, IMPROVED, SIGNIFICANCE

@@ -1,4 +1,4 @@
-"""Candidates in the Host's path: it swings after pushes (recoil, ringing), and slow or other lines beside the drive."""
+"""Swings of the Host after pushes, beside its drive: recoil and ringing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from analysis.gap.drive.measured_path import MeasuredPath, whitened
+from analysis.gap.drive.measured_path import MeasuredPath
+from analysis.gap.drive.pairs import inverse_and_power
 from analysis.gap.drive.pushes import Pushes, RunPushes, answers
 from analysis.statistics.student import student_over_normal
 
@@ -23,14 +24,8 @@ DAMPINGS = (0.01, 0.03, 0.08, 0.2, 0.45, 0.8)
 # What rings on for a hundred and fifty periods is no answer to a blow: a drive that swings as it likes was reported as
 # a ringing without damping (a mass centre off the middle, random drive).
 LEAST_DAMPING = 1e-3
-# A line needs a spacing of this share of its width.
-LINE_SPACING, LINES_TO = 0.25, 0.25
-# ... and shows with this share of its power beside the drive.
-LEAST_SEEN = 0.01
 #: cells tried; neighbours are alike, so that the best gains less by chance than so many independent ones
 CELLS = FREQUENCIES * len(DAMPINGS)
-# Lines weighed together: as many as a processor's cache holds.
-AT_ONCE = 32
 # Steps of the differences: shares of frequency and damping.
 STEP = 1e-3
 
@@ -66,24 +61,6 @@ class Swing:
         return np.asarray(self.share * one[..., 0] + began[..., 0] @ self.start[run])
 
 
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A line that is fitted: its frequency (Hz) with sd, per path the complex amplitudes (R, 2) of
-    ``Re(A exp(-i w t))`` with their sds (R,), and its ``gain``; ``each`` (R,) path's part of it."""
-
-    frequency_hz: float
-    frequency_sd_hz: float
-    amplitude: Array
-    sd: Array
-    gain: float
-    each: Array
-
-    def places(self, path: int, time_s: Array) -> Array:
-        """The line (N, 2) in one of the paths at times (N,), in m."""
-        turn = np.exp(-2j * np.pi * self.frequency_hz * time_s)
-        return np.asarray(np.real(turn[:, None] * self.amplitude[path]))
-
-
 def _answered(effect: str, run: RunPushes) -> Pushes:
     """The pushes that a swing answers."""
     return run.whole if effect == "host_recoil" else run.normal
@@ -111,7 +88,7 @@ class _Began:
     @cached_property
     def inverse(self) -> Array:
         """Inverse (2, 2, G) of the columns' products."""
-        return _of_pair(self.columns)[0]
+        return inverse_and_power(self.columns)[0]
 
     def without(self, rows: Array) -> tuple[Array, Array]:
         """``rows`` (M, 2, G) of both axes without what the start explains, and its amplitudes (2, 2, G)."""
@@ -171,6 +148,60 @@ class TriedSwings:
         return self.swinging[effect, path]
 
 
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """What is ``left`` in each of the ``paths`` (M, 2; whitened), asked for swings of an ``effect`` that answer the
+    ``pushes`` of the series' runs."""
+
+    effect: str
+    paths: Sequence[MeasuredPath]
+    pushes: Sequence[RunPushes]
+    left: Sequence[Array]
+
+    def sums(
+        self, hz: Array, damping: Array, made: Callable[..., _Swinging] = _Swinging.of
+    ) -> tuple[Array, Array, Array]:
+        """Those of :meth:`_Swinging.sums` of each path (R, G)."""
+        each = [
+            made(self.effect, path, self.pushes[path.run], hz, damping).sums(one)
+            for path, one in zip(self.paths, self.left, strict=True)
+        ]
+        top, bottom, began = (np.array(column) for column in zip(*each, strict=True))
+        return top, bottom, began
+
+    def taken(self, hz: Array, damping: Array, made: Callable[..., _Swinging] = _Swinging.of) -> Array:
+        """All (G,) that swings and their starts take: without these, what a run began with would bend the frequency."""
+        top, bottom, began = self.sums(hz, damping, made)
+        return np.asarray(_gain(top, bottom) + began.sum(0))
+
+    def best_near(self, hz: float, damping: float) -> tuple[float, float]:
+        """Frequency (Hz) and damping of the swing that takes most near one of these."""
+        found = minimize(
+            lambda u: -float(self.taken(np.exp(u[:1]), _damping(u[1:]))[0]),
+            np.array([np.log(hz), np.log(damping / (1 - damping))]),
+            method="Nelder-Mead",
+            options={"initial_simplex": None, "xatol": 1e-3, "fatol": 1e-2, "maxfev": 80},
+        )
+        return float(np.exp(found.x[0])), float(_damping(found.x[1:])[0])
+
+
+def _gain(top: Array, bottom: Array) -> Array:
+    """What swings (G,) of one share in all paths take, by the products (R, G) of their answers with what is left and
+    with themselves."""
+    # A push makes the Host give, not come.
+    total = np.maximum(top.sum(0), 0.0)
+    return np.asarray(total**2 / np.maximum(bottom.sum(0), 1e-300))
+
+
+def _grid(paths: Sequence[MeasuredPath]) -> tuple[Array, Array]:
+    """Frequencies (Hz) and damping ratios (G,) that are tried."""
+    longest = max(float(np.ptp(path.time_s)) for path in paths)
+    period = float(np.median([np.median(np.diff(path.time_s)) for path in paths]))
+    grid = np.geomspace(LOWEST_PERIODS / longest, HIGHEST_SHARE / period, FREQUENCIES)
+    hz, damping = (one.ravel() for one in np.meshgrid(grid, DAMPINGS, indexing="ij"))
+    return hz, damping
+
+
 def best_swing(
     effect: str,
     paths: Sequence[MeasuredPath],
@@ -182,44 +213,17 @@ def best_swing(
 
     ``tried``: kept from one search in paths of the same times to the next."""
     tried = tried or TriedSwings()
-    longest = max(float(np.ptp(path.time_s)) for path in paths)
-    period = float(np.median([np.median(np.diff(path.time_s)) for path in paths]))
-    grid = np.geomspace(LOWEST_PERIODS / longest, HIGHEST_SHARE / period, FREQUENCIES)
-    hz, damping = (one.ravel() for one in np.meshgrid(grid, DAMPINGS, indexing="ij"))
+    hz, damping = _grid(paths)
     white = [path.white(one) for path, one in zip(paths, left, strict=True)]
-
-    def sums(hz: Array, damping: Array, made: Callable[..., _Swinging]) -> tuple[Array, Array, Array]:
-        """Those of each run (R, G)."""
-        each = [
-            made(effect, path, pushes[path.run], hz, damping).sums(one) for path, one in zip(paths, white, strict=True)
-        ]
-        top, bottom, began = (np.array(column) for column in zip(*each, strict=True))
-        return top, bottom, began
-
-    def gain(top: Array, bottom: Array) -> Array:
-        # A push makes the Host give, not come.
-        total = np.maximum(top.sum(0), 0.0)
-        return np.asarray(total**2 / np.maximum(bottom.sum(0), 1e-300))
-
-    def taken(hz: Array, damping: Array, made: Callable[..., _Swinging] = _Swinging.of) -> Array:
-        """All that swings and their starts take: without these, what a run began with would bend the frequency."""
-        top, bottom, began = sums(hz, damping, made)
-        return np.asarray(gain(top, bottom) + began.sum(0))
-
-    start = int(np.argmax(taken(hz, damping, tried.of)))
-    found = minimize(
-        lambda u: -float(taken(np.exp(u[:1]), _damping(u[1:]))[0]),
-        np.array([np.log(hz[start]), np.log(damping[start] / (1 - damping[start]))]),
-        method="Nelder-Mead",
-        options={"initial_simplex": None, "xatol": 1e-3, "fatol": 1e-2, "maxfev": 80},
-    )
-    f, zeta = float(np.exp(found.x[0])), float(_damping(found.x[1:])[0])
-    top, bottom = (one[:, 0] for one in sums(np.array([f]), np.array([zeta]), _Swinging.of)[:2])
+    asked = _Asked(effect, paths, pushes, white)
+    start = int(np.argmax(asked.taken(hz, damping, tried.of)))
+    f, zeta = asked.best_near(hz[start], damping[start])
+    top, bottom = (one[:, 0] for one in asked.sums(np.array([f]), np.array([zeta]))[:2])
     share = float(max(top.sum(), 0.0) / max(bottom.sum(), 1e-300))
     rest_top, rest_bottom = (top.sum() - top, bottom.sum() - bottom) if len(paths) > 1 else (top, bottom)
     others = np.maximum(rest_top, 0.0) / np.maximum(rest_bottom, 1e-300)
     swing = Swing(
-        effect, share, f, zeta, np.zeros((3, 3)), float(gain(top[:, None], bottom[:, None])[0]),
+        effect, share, f, zeta, np.zeros((3, 3)), float(_gain(top[:, None], bottom[:, None])[0]),
         2 * others * top - others**2 * bottom, np.zeros((len(pushes), 2, 2)), np.zeros(len(pushes)),
     )  # fmt: skip
     swing = _with_starts(swing, paths, pushes, white)
@@ -272,90 +276,3 @@ def _covariance(
     few = len(paths) / (len(paths) - 1) * student_over_normal(len(paths) - 1) ** 2
     wider = np.sqrt(np.maximum(few * np.diag(spread) / np.maximum(np.diag(inverse), 1e-300), 1.0))
     return inverse * np.outer(wider, wider)
-
-
-def best_line(paths: Sequence[MeasuredPath], left: Sequence[Array], below_hz: float) -> Line:
-    """The line of one frequency (at most ``below_hz``), of any amplitude and phase in each path, that takes most of
-    what is ``left`` (N, 2; m)."""
-    longest = max(float(np.ptp(path.time_s)) for path in paths)
-    width = LINE_SPACING / longest
-    white = [path.white(one) for path, one in zip(paths, left, strict=True)]
-
-    def gain(hz: Array) -> Array:
-        return np.sum([_gains(path, one, hz) for path, one in zip(paths, white, strict=True)], 0)
-
-    grid = np.arange(width, below_hz, width)
-    start = float(grid[int(np.argmax(gain(grid)))])
-    # Twice finer about the best, to a four-hundredth of a line's width.
-    for finer in (0.1, 0.01):
-        near: Array = np.asarray(start + width * finer * np.arange(-10, 11), float)
-        near = near[near > 0]
-        start = float(near[int(np.argmax(gain(near)))])
-    h = 0.1 * width
-    below, middle, above = gain(np.array([start - h, start, start + h]))
-    curvature = float(2 * middle - below - above) / h**2
-    fitted = [_pairs(path, one, np.array([start])) for path, one in zip(paths, white, strict=True)]
-    gains, amplitudes, sds = (np.array([one[k][..., 0] for one in fitted]) for k in range(3))
-    sd = float(np.sqrt(2 / curvature)) if curvature > 0 else width
-    return Line(start, sd, amplitudes, sds, float(gains.sum()), gains)
-
-
-def _gains(path: MeasuredPath, white: Array, hz: Array) -> Array:
-    """Gains (G,) of lines at ``hz`` (G,), evenly spaced, as :func:`_pairs` has them, from products with the drive
-    alone: their own rows beside it are asked of one line only."""
-    some = [_gains_of_some(path, white, hz[first : first + AT_ONCE]) for first in range(0, len(hz), AT_ONCE)]
-    return np.concatenate(some)
-
-
-def _gains_of_some(path: MeasuredPath, white: Array, hz: Array) -> Array:
-    rows = whitened(_turning(path.time_s, hz), path.correlation)
-    by_drive = path.held.T @ rows
-    normal = _products(rows.reshape(-1, 2, len(hz))) - _products(by_drive.reshape(-1, 2, len(hz)))
-    seen = normal[0] + normal[1] > LEAST_SEEN * len(rows)
-    on = np.where(seen, (rows.T @ white).reshape(2, len(hz), 2).swapaxes(1, 2), 0.0)
-    # ``white`` is without the drive, so that what the drive holds of the rows is none of their products with it.
-    return np.einsum("jag,jag->g", np.einsum("ijg,jag->iag", _inverse(*normal), on), on)
-
-
-def _turning(time_s: Array, hz: Array) -> Array:
-    """Cosines and sines (N, 2 G) at evenly spaced frequencies, each from the one before by a turn: a third of the time
-    that as many sines take."""
-    turns = np.empty((len(hz), len(time_s)), complex)
-    turns[0] = np.exp(2j * np.pi * hz[0] * time_s)
-    step = np.exp(2j * np.pi * (hz[-1] - hz[0]) / max(len(hz) - 1, 1) * time_s)
-    for k in range(1, len(hz)):
-        np.multiply(turns[k - 1], step, out=turns[k])
-    return np.concatenate([turns.real, turns.imag]).T
-
-
-def _products(rows: Array) -> Array:
-    """Of pairs of columns (M, 2, G): squares of both and the product (3, G)."""
-    return np.array([np.einsum("mg,mg->g", rows[:, i], rows[:, j]) for i, j in ((0, 0), (1, 1), (0, 1))])
-
-
-def _pairs(path: MeasuredPath, white: Array, hz: Array) -> tuple[Array, Array, Array]:
-    """Of lines at ``hz`` (G,), each by itself: gains (G,), complex amplitudes (2, G) along x and y, and the sd (G,) of
-    a part of them."""
-    turn = 2 * np.pi * path.time_s[:, None] * hz
-    # Whitened for a frame of unit variance; both axes hold the same columns over their own sd.
-    rows = path.white(np.stack([np.cos(turn), np.sin(turn)], 1) * path.sd.reshape(1, 2, 1))
-    inverse, power = _of_pair(rows)
-    # A line that the drive holds nearly whole is part of the drive.
-    on = np.where(power > LEAST_SEEN * len(rows), np.einsum("mjg,ma->jag", rows, white), 0.0)
-    sizes = np.einsum("ijg,jag->iag", inverse, on)
-    gain = np.einsum("jag,jag->g", sizes, on)
-    amplitude = path.sd[:, None] * (sizes[0] + 1j * sizes[1])
-    variance = 0.25 * np.sum(path.sd**2) * (inverse[0, 0] + inverse[1, 1])
-    return gain, amplitude, np.sqrt(variance)
-
-
-def _of_pair(rows: Array) -> tuple[Array, Array]:
-    """Of pairs of columns (M, 2, G): the inverse (2, 2, G) of their products, and their power (G,)."""
-    cc, ss, cs = (np.sum(rows[:, i] * rows[:, j], 0) for i, j in ((0, 0), (1, 1), (0, 1)))
-    return _inverse(cc, ss, cs), cc + ss
-
-
-def _inverse(cc: Array, ss: Array, cs: Array) -> Array:
-    """Inverse (2, 2, G) of pairs' products."""
-    determinant = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
-    return np.array([[ss, -cs], [-cs, cc]]) / determinant

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.flights.cutting.runs import Run
+from analysis.gap.drive.lines import LINES_TO, Line, best_line
 from analysis.gap.drive.measured_path import MeasuredPath, with_noise_of
 from analysis.gap.drive.pushes import RunPushes
-from analysis.gap.drive.swings import CELLS, LINES_TO, SWINGS, Line, Swing, TriedSwings, best_line, best_swing
+from analysis.gap.drive.swings import CELLS, SWINGS, Swing, TriedSwings, best_swing
 from analysis.gap.selection.null_distribution import chance_of_largest
 
 Array = NDArray[np.float64]

@@ -23,8 +23,9 @@ from analysis.gap.laws.flight_sizes import SizedLaw, sized_law, with_law
 from analysis.gap.laws.found_law import LawFound, in_world, others_of
 from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.prediction import predict
-from analysis.gap.selection.flight_steps import FlightSteps, without_needless
+from analysis.gap.selection.flight_steps import FlightSteps
 from analysis.gap.selection.flights.fit import FlightFit, fit
+from analysis.gap.selection.flights_beside_law import without_needless
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.kernel import pushes
 from ovines.core.laws.terms import MOST_TERMS, rows_of

@@ -27,8 +27,8 @@ from analysis.report.page import Page, Section
 from analysis.statistics.student import NORMAL_90
 from ovines.core.laws.formula import as_text, latex_lines
 from ovines.core.laws.formula import legend as symbols
-from ovines.core.laws.targets import TARGETS
-from ovines.core.laws.words import BOARDS, MARKER_NEIGHBOUR, QUANTITIES
+from ovines.core.laws.targets import BOARDS, MARKER_NEIGHBOUR, TARGETS
+from ovines.core.laws.words import QUANTITIES
 
 Array = NDArray[np.float64]
 # Of the flight that is drawn: as many frames at the least.

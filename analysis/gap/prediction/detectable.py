@@ -49,19 +49,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
 
     Sizes of a ratio are its distance from 1.  ``measured`` is None for what is in the final model (see ``parameters``)
     and for what these data do not tell."""
-    out: dict[str, Entry] = {}
-    for effect, parameter in _MEASURED.items():
-        finding = steps.measurement.findings.get(effect)
-        if finding is not None:
-            sd = max(s for _, s in finding.parameters.values())
-            lens = steps.measurement.lens_residual_found or steps.measurement.lens_learnt
-            by_lens = lens and effect in ("plane_tilt", "sensor_window_offset")
-            out[effect] = _entry(
-                parameter,
-                finding.least,
-                (LENS_TILTS if by_lens else SIGNIFICANCE) * sd,
-                (finding.size, sd),
-            )
+    out = _of_measurement(steps)
     left = {g.term.name: g for g in steps.flights.left}
     for gain in steps.flights.gains:
         if len(gain.sd):
@@ -70,15 +58,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
         impacts_left = {g.name: g for g in steps.impacts.left}
         out |= of_impacts(steps.impacts.fitted, impacts_left)
         out |= _of_wall(steps.impacts.fitted, impacts_left, steps.measurement.lens_residual_found)
-    for offset in steps.centres:
-        parameter, (_, sd) = next(iter(offset.parameters.items()))
-        size = float(np.linalg.norm([v for v, _ in offset.parameters.values()]))
-        out[offset.effect] = _entry(
-            parameter,
-            size / max(offset.strength, 1e-9),
-            None if offset.effect == "centre_marker_offset" else rules.SIGNIFICANCE * size / np.sqrt(offset.gain),
-            (size, sd),
-        )
+    out |= _of_centres(steps)
     if steps.inertia.impulse is not None:
         # What flights contradict is no inertia: they tell the stated one.
         size, sd = 0.0 if steps.inertia.contradicted else abs(steps.inertia.ratio - 1), steps.inertia.sd
@@ -91,6 +71,29 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
         if cause.effect in out:
             out[cause.effect] |= {"measured": None, "measured_sd": None}
     return {k: v for k, v in out.items() if np.isfinite(v["size"])}
+
+
+def _of_measurement(steps: Ladder) -> dict[str, Entry]:
+    out: dict[str, Entry] = {}
+    lens = steps.measurement.lens_residual_found or steps.measurement.lens_learnt
+    for effect, parameter in _MEASURED.items():
+        finding = steps.measurement.findings.get(effect)
+        if finding is not None:
+            sd = max(s for _, s in finding.parameters.values())
+            by_lens = lens and effect in ("plane_tilt", "sensor_window_offset")
+            noise = (LENS_TILTS if by_lens else SIGNIFICANCE) * sd
+            out[effect] = _entry(parameter, finding.least, noise, (finding.size, sd))
+    return out
+
+
+def _of_centres(steps: Ladder) -> dict[str, Entry]:
+    out: dict[str, Entry] = {}
+    for offset in steps.centres:
+        parameter, (_, sd) = next(iter(offset.parameters.items()))
+        size = float(np.linalg.norm([v for v, _ in offset.parameters.values()]))
+        noise = None if offset.effect == "centre_marker_offset" else rules.SIGNIFICANCE * size / np.sqrt(offset.gain)
+        out[offset.effect] = _entry(parameter, size / max(offset.strength, 1e-9), noise, (size, sd))
+    return out
 
 
 def _entry(

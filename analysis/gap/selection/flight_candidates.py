@@ -14,6 +14,7 @@ from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import value_of
 from analysis.gap.selection.flights.terms import NEGLIGIBLE_BEND, FlightTerm
+from analysis.gap.thresholds import GAIN, IMPROVED, SIGNIFICANCE
 
 Array = NDArray[np.float64]
 
@@ -105,3 +106,21 @@ def gain_of(base: FlightFit, term: FlightTerm, units: Units) -> Gain:
 def gains(base: FlightFit, terms: Sequence[FlightTerm], units: Units) -> list[Gain]:
     """Gains of the given effects or probes, largest first."""
     return sorted((gain_of(base, t, units) for t in terms), key=lambda g: -g.gain)
+
+
+def accepted(gain: Gain, least: float, units: Units) -> bool:
+    """Whether flights ask for a term by its ``gain``; ``least``: held-out gain that chance does not reach.
+
+    A drag that pushes is none.  What has no name is reported as left only where it is surely more than negligible, by
+    its own sd: what a named motion of the Host leaves by an imperfect law has no other name, and is about as large."""
+    size = gain.acceleration_m_per_s2
+    if not gain.term.named:
+        size *= 1 - 1 / max(gain.significance, 1.0)
+    return (
+        not gain.pushes
+        and gain.gain > GAIN
+        and gain.held_out > least
+        and gain.significance > SIGNIFICANCE
+        and gain.improved >= IMPROVED
+        and size > units.negligible_m_per_s2
+    )

@@ -14,7 +14,7 @@ from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.flights.equation.parameters import INDEX, LAW_TERMS
 from analysis.flights.stated_terms import stated_terms
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.selection.flight_candidates import Gain, Units, gain_of, gains, rig_units
+from analysis.gap.selection.flight_candidates import Gain, Units, accepted, gain_of, gains, rig_units
 from analysis.gap.selection.flight_causes import friction_cause, structure_of, term_cause
 from analysis.gap.selection.flights.fit import FlightFit, fit
 from analysis.gap.selection.flights.model import nominal_model, with_free, without_columns
@@ -23,7 +23,7 @@ from analysis.gap.selection.left_in_flights import left_in_flights
 from analysis.gap.selection.null_distribution import flight_null_distribution, threshold
 from analysis.gap.selection.own_friction import holding_friction, own_friction, with_own_friction
 from analysis.gap.series import Series
-from analysis.gap.thresholds import EQUIVALENT, GAIN, IMPROVED, OVERRIDES, SIGNIFICANCE
+from analysis.gap.thresholds import EQUIVALENT, GAIN, OVERRIDES
 
 Array = NDArray[np.float64]
 # A probe is taken in place of a name where it explains this many times more.
@@ -34,26 +34,6 @@ FRICTION = ("floor_friction", "spin_coupling")
 OWN_FRICTION = "the run: friction of each by itself"
 # Terms added at the most; each is a refit of all flights.
 MOST_TERMS = 8
-
-
-def _accepted(gain: Gain, least: float, units: Units) -> bool:
-    """``least``: held-out gain that chance does not reach.
-
-    A drag that pushes is none.  What has no name is reported as left only where it is surely more than negligible, by
-    its own sd: what a named motion of the Host leaves by an imperfect law has no other name, and is about as large."""
-    size = gain.acceleration_m_per_s2
-    if not gain.term.named:
-        size *= 1 - 1 / max(gain.significance, 1.0)
-    return (
-        not gain.pushes
-        and gain.gain > GAIN
-        and gain.held_out > least
-        and gain.significance > SIGNIFICANCE
-        and gain.improved >= IMPROVED
-        and size > units.negligible_m_per_s2
-    )
-
-
 # Beside what a missing spin coupling is judged.
 BESIDE_COUPLING = ("viscous", "tilt_x", "tilt_y")
 
@@ -122,7 +102,7 @@ def select_flight_effects(
     left, left_p = left_in_flights(runs, base, units, rng, strongest)
     if left is not None and not structure:
         structure = [left]
-    by_name = _fitted(runs, base, chosen, [t for t in chosen if t.named]) if structure and chosen else base
+    by_name = refitted(runs, base, chosen, [t for t in chosen if t.named]) if structure and chosen else base
     return FlightSteps(
         nominal,
         base,
@@ -171,10 +151,10 @@ def _grown(
         if not added:
             break
         trial = [*chosen, *added]
-        fitted = _fitted(runs, base, chosen, trial)
+        fitted = refitted(runs, base, chosen, trial)
         while (needless := _needless(fitted, trial, added[-1], least, units)) is not None:
             kept = [t for t in trial if t is not needless]
-            fitted, trial = _fitted(runs, fitted, trial, kept), kept
+            fitted, trial = refitted(runs, fitted, trial, kept), kept
         names = frozenset(t.name for t in trial)
         if names in seen:
             break
@@ -200,7 +180,7 @@ def _beside_own_friction(
     if own_friction(base) is None:
         return None
     free = [t for t in named_terms if t not in chosen and t.name != "friction_drift"]
-    found = [g for g in gains(with_own_friction(base), free, units) if _accepted(g, least, units)]
+    found = [g for g in gains(with_own_friction(base), free, units) if accepted(g, least, units)]
     if not found:
         return None
     added = max(found, key=lambda g: g.held_out).term
@@ -208,7 +188,7 @@ def _beside_own_friction(
     if own is None or own.acceleration_m_per_s2 < units.negligible_m_per_s2:
         return None
     held = holding_friction(runs, own, base)
-    start = _fitted(held, base, chosen, [t for t in chosen if t.named])
+    start = refitted(held, base, chosen, [t for t in chosen if t.named])
     again = _grown(held, start, [t for t in named_terms if t.name != "friction_drift"], probe_terms, least, units)
     if added not in again.chosen:
         return None
@@ -224,56 +204,6 @@ def first_flights(series: Series, effects: Sequence[str]) -> FlightFit:
     runs = series.runs
     stated = stated_terms(series.recordings[0].model, series.frame, [run.data.start_s for run in runs])
     return fit(runs, nominal_model(effects or ["floor_friction"], stated), rounds=1, every_column=False)
-
-
-def without_needless(runs: Sequence[Run], with_law: FlightFit, steps: FlightSteps) -> FlightSteps:
-    """``steps`` without the named effects that are no longer accepted beside a law (``with_law``: a fit that holds it):
-    they had imitated a part of it."""
-    lost = [term for term in named_terms_of(steps) if not still_accepted(with_law, steps, term)]
-    return beside_law(without_names(runs, steps, [t.name for t in lost]), with_law, lost) if lost else steps
-
-
-def beside_law(steps: FlightSteps, with_law: FlightFit, gone: Sequence[FlightTerm]) -> FlightSteps:
-    """``steps`` that know what the named terms which are ``gone`` gain beside a law."""
-    return replace(steps, left=(*steps.left, *(gain_of(with_law, term, steps.units) for term in gone)))
-
-
-def named_terms_of(steps: FlightSteps) -> list[FlightTerm]:
-    """The named terms, friction apart, that flights hold by ``steps``."""
-    return [t for t in EFFECT_TERMS if t.name in {c.effect for c in steps.causes}]
-
-
-def without_names(runs: Sequence[Run], steps: FlightSteps, names: Sequence[str]) -> FlightSteps:
-    """``steps`` without some of the named effects that they hold."""
-    chosen = named_terms_of(steps)
-    return replace(
-        steps,
-        causes=tuple(c for c in steps.causes if c.effect not in names),
-        named=_fitted(runs, steps.named, chosen, [t for t in chosen if t.name not in names]),
-        kept=tuple(g for g in steps.kept if g.term.name not in names),
-    )
-
-
-def still_accepted(with_law: FlightFit, steps: FlightSteps, term: FlightTerm) -> bool:
-    """Whether a named term is still accepted beside a law (``with_law``: a fit that holds it)."""
-    least = threshold(steps.null_distribution, GAIN / 2)
-    return _accepted(gain_of(with_law, term, steps.units), least, steps.units)
-
-
-def sized_beside(with_law: FlightFit, steps: FlightSteps, series: Series) -> FlightSteps:
-    """``steps`` whose causes have the sizes that they have beside a law (``with_law``: a fit that holds it), and whose
-    other effects are what is left of them there: what imitates the law is none of them."""
-    causes = []
-    for cause in steps.causes:
-        term = next((t for t in EFFECT_TERMS if t.name == cause.effect), None)
-        own = cause  # an effect that is held as a law has the size of that
-        if term is not None:
-            own = term_cause(gain_of(with_law, term, steps.units), with_law, series, steps.units)
-        elif cause.effect in FRICTION:
-            own = friction_cause(cause.effect, with_law, cause.gain, steps.units)
-        causes.append(replace(cause, parameters=own.parameters))
-    left = tuple(gain_of(with_law, gain.term, steps.units) for gain in steps.left)
-    return replace(steps, causes=tuple(causes), left=left)
 
 
 def _missing_friction(
@@ -316,7 +246,7 @@ def _next_term(
     every: Sequence[Gain], probes: Sequence[Gain], chosen: Sequence[FlightTerm], least: float, units: Units
 ) -> Gain | None:
     """The accepted term that held-out runs ask for most; a probe only where it explains clearly more than any name."""
-    open_ = [[g for g in group if g.term not in chosen and _accepted(g, least, units)] for group in (every, probes)]
+    open_ = [[g for g in group if g.term not in chosen and accepted(g, least, units)] for group in (every, probes)]
     name, probe = (max(group, key=lambda g: g.held_out, default=None) for group in open_)
     if name is None or (probe is not None and probe.held_out > PROBE_SHARE * name.held_out + OVERRIDES):
         return probe
@@ -337,25 +267,25 @@ def _together(
     if not held_back:
         return []
     first = max(held_back, key=lambda g: g.held_out).term
-    fitted = _fitted(runs, base, chosen, [*chosen, first])
+    fitted = refitted(runs, base, chosen, [*chosen, first])
     others = gains(fitted, tuple(g.term for g in every if g.term not in (*chosen, first)), units)
     second = _next_term(others, (), chosen, least, units)
     if second is None:
         return []
     both = [first, second.term]
-    fitted = _fitted(runs, fitted, [*chosen, first], [*chosen, *both])
-    return both if all(_accepted(gain_of(fitted, term, units), least, units) for term in both) else []
+    fitted = refitted(runs, fitted, [*chosen, first], [*chosen, *both])
+    return both if all(accepted(gain_of(fitted, term, units), least, units) for term in both) else []
 
 
 def _needless(
     fitted: FlightFit, chosen: Sequence[FlightTerm], newest: FlightTerm, least: float, units: Units
 ) -> FlightTerm | None:
     """The chosen term that is no longer accepted beside the others, the weakest first; the newest stays."""
-    lost = [g for g in (gain_of(fitted, t, units) for t in chosen if t is not newest) if not _accepted(g, least, units)]
+    lost = [g for g in (gain_of(fitted, t, units) for t in chosen if t is not newest) if not accepted(g, least, units)]
     return min(lost, key=lambda g: g.held_out).term if lost else None
 
 
-def _fitted(
+def refitted(
     runs: Sequence[Run], base: FlightFit, before: Sequence[FlightTerm], after: Sequence[FlightTerm]
 ) -> FlightFit:
     """``base``, which holds the terms ``before``, refitted with those of ``after``."""

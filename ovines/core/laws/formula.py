@@ -4,20 +4,40 @@ from __future__ import annotations
 
 import math
 
-from ovines.core.laws.targets import TARGETS
-from ovines.core.laws.terms import Factor, Term, WrittenLaw
-from ovines.core.laws.words import (
-    ALONG,
+from ovines.core.laws.targets import (
     BOARDS,
     DIRECTED,
-    LINES,
     MARKER_NEIGHBOUR,
     MARKER_WAY,
     NES_CARD,
     NES_PLACE,
-    QUANTITIES,
-    TRAINS,
+    TARGETS,
 )
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.words import ALONG, LINES, QUANTITIES
+
+#: a function in text and in LaTeX: of a quantity ``q`` over its ``scale``, with its ``order``, as a ``power`` where it
+#: is not 1, or as a ``width`` or ``half`` of that; cosine, sine and sawtooth are set by themselves
+FORMS = {
+    "power": ("{q}{power}", "{q}{power}"),
+    "absolute_power": ("|{q}|{power}", "|{q}|{power}"),
+    "exponential": ("exp(-{q} / {scale})", "e^{{-{q}/{scale}}}"),
+    "gaussian": ("exp(-({q} / {scale})^2 / 2)", r"e^{{-\frac{{1}}{{2}}({q}/{scale})^2}}"),
+    "below": ("[{q} < {scale}]", "[{q}<{scale}]"),
+    "beyond": ("[{q} >= {scale}]", r"[{q}\geq{scale}]"),
+    "above": ("max({q} - {scale}, 0){power}", r"\max({q}-{scale},\,0){power}"),
+    "tanh": ("tanh({q} / {scale})", r"\tanh({q}/{scale})"),
+    "decay": ("exp(-|{q}| / {scale})", "e^{{-|{q}|/{scale}}}"),
+    "rising": ("(1 - exp(-|{q}| / {scale}))", "(1-e^{{-|{q}|/{scale}}})"),
+    "rational": ("1/(1 + |{q} / {scale}|^{order})", r"\frac{{1}}{{1+|{q}/{scale}|{power}}}"),
+    "within": ("[|{q}| < {scale}]", r"[\,|{q}|<{scale}\,]"),
+    "pulses": (
+        "pulses({q}, every {scale}, width {width})",
+        r"\sum_k\,e^{{-\frac{{1}}{{2}}(({q}-k\cdot {scale})/{width})^2}}",
+    ),
+    "gates": ("gates({q}, every {scale}, width {width})", r"\sum_k\,[\,|{q}-k\cdot {scale}|<{half}\,]"),
+    "sign": ("sign({q})", r"\mathrm{{sgn}}({q})"),
+}
 
 #: what a law changes: left-hand side in LaTeX and in text, by target; of the flight all terms make one acceleration
 CHANGES = {
@@ -198,44 +218,18 @@ def _after_seen_blow(one: Factor) -> bool:
 
 def _text_factor(one: Factor, term: Term) -> str:
     unit, name = _text_unit(QUANTITIES[one.quantity].unit), _text_quantity(one, term)
-    if one.function == "power":
-        return name if one.order == 1 else f"{name}^{one.order:g}"
-    if one.function == "absolute_power":
-        return f"|{name}|" if one.order == 1 else f"|{name}|^{one.order:g}"
-    if one.function in ("cosine", "sine"):
-        inside = name if one.order == 1 else f"{one.order:g} {name}"
-        inside = inside if one.scale == 1 else f"{inside} / {one.scale:.4g}{unit}"
-        return f"{one.function[:3]}{inside}" if _bracketed(inside) else f"{one.function[:3]}({inside})"
-    if one.function == "exponential":
-        return f"exp(-{name} / {one.scale:.4g}{unit})"
-    if one.function == "gaussian":
-        return f"exp(-({name} / {one.scale:.4g}{unit})^2 / 2)"
-    if one.function == "below":
-        return f"[{name} < {one.scale:.4g}{unit}]"
+    scale, times = f"{one.scale:.4g}{unit}", "" if one.order == 1 else f"{one.order:g} "
     if _after_seen_blow(one):
         return "[after a blow that was seen]"
-    if one.function == "beyond":
-        return f"[{name} >= {one.scale:.4g}{unit}]"
-    if one.function == "above":
-        inside = f"max({name} - {one.scale:.4g}{unit}, 0)"
-        return inside if one.order == 1 else f"{inside}^{one.order:g}"
-    if one.function == "tanh":
-        return f"tanh({name} / {one.scale:.4g}{unit})"
-    if one.function == "decay":
-        return f"exp(-|{name}| / {one.scale:.4g}{unit})"
-    if one.function == "rising":
-        return f"(1 - exp(-|{name}| / {one.scale:.4g}{unit}))"
-    if one.function == "rational":
-        return f"1/(1 + |{name} / {one.scale:.4g}{unit}|^{one.order:g})"
-    if one.function == "within":
-        return f"[|{name}| < {one.scale:.4g}{unit}]"
+    if one.function in ("cosine", "sine"):
+        inside = times + (name if one.scale == 1 else f"{name} / {scale}")
+        return f"{one.function[:3]}{inside}" if _bracketed(inside) else f"{one.function[:3]}({inside})"
     if one.function == "sawtooth":
-        if not QUANTITIES[one.quantity].circular:
-            return f"sawtooth({name}, every {one.scale:.4g}{unit})"
-        return f"sawtooth({name})" if one.order == 1 else f"sawtooth({one.order:g} {name})"
-    if one.function in TRAINS:
-        return f"{one.function}({name}, every {one.scale:.4g}{unit}, width {one.order:.3g}{unit})"
-    return f"sign({name})"
+        circular = QUANTITIES[one.quantity].circular
+        return f"sawtooth({times}{name})" if circular else f"sawtooth({name}, every {scale})"
+    power = "" if one.order == 1 else f"^{one.order:g}"
+    width = f"{one.order:.3g}{unit}"
+    return FORMS[one.function][0].format(q=name, scale=scale, power=power, order=f"{one.order:g}", width=width)
 
 
 def _counted(zero: float) -> str:
@@ -287,93 +281,66 @@ def _latex_factor(one: Factor) -> str:
     if entry.own == "turning":
         rate = _latex_number(-one.y, False) + _latex_unit("rad/s")
         symbol = rf"(\theta{_latex_number(-one.x, False)}{rate}\,t)"
-    scale = _latex_number(one.scale, True) + unit
-    if one.function == "power":
-        return symbol if one.order == 1 else f"{symbol}^{{{one.order:g}}}"
-    if one.function == "absolute_power":
-        return rf"|{symbol}|" + ("" if one.order == 1 else f"^{{{one.order:g}}}")
-    if one.function in ("cosine", "sine"):
-        inside = ("" if one.order == 1 else f"{one.order:g}") + symbol
-        inside = inside if one.scale == 1 else rf"{inside}/{scale}"
-        return rf"\{one.function[:3]}{inside}" if _bracketed(inside) else rf"\{one.function[:3]}({inside})"
-    if one.function == "exponential":
-        return rf"e^{{-{symbol}/{scale}}}"
-    if one.function == "gaussian":
-        return rf"e^{{-\frac{{1}}{{2}}({symbol}/{scale})^2}}"
-    if one.function == "below":
-        return rf"[{symbol}<{scale}]"
+    scale, times = _latex_number(one.scale, True) + unit, "" if one.order == 1 else f"{one.order:g}"
     if _after_seen_blow(one):
         return r"[\mathrm{after\ a\ blow\ that\ was\ seen}]"
-    if one.function == "beyond":
-        return rf"[{symbol}\geq{scale}]"
-    if one.function in ("above", "tanh", "decay", "rising", "rational", "within"):
-        return _latex_bent(one, symbol, scale)
-    if one.function == "pulses":
-        return rf"\sum_k\,e^{{-\frac{{1}}{{2}}(({symbol}-k\cdot {scale})/{_latex_number(one.order, True)}{unit})^2}}"
-    if one.function == "gates":
-        return rf"\sum_k\,[\,|{symbol}-k\cdot {scale}|<{_latex_number(0.5 * one.order, True)}{unit}\,]"
-    if one.function == "sawtooth" and not QUANTITIES[one.quantity].circular:
-        return rf"\mathrm{{saw}}({symbol}/{scale})"
-    times = f"{one.order:g}" if one.function == "sawtooth" and one.order != 1 else ""
-    return rf"\mathrm{{{'saw' if one.function == 'sawtooth' else 'sgn'}}}({times}{symbol})"
-
-
-def _latex_bent(one: Factor, symbol: str, scale: str) -> str:
-    """Factors that bend at their scale, or fade to both sides of it."""
+    if one.function in ("cosine", "sine"):
+        inside = times + (symbol if one.scale == 1 else rf"{symbol}/{scale}")
+        return rf"\{one.function[:3]}{inside}" if _bracketed(inside) else rf"\{one.function[:3]}({inside})"
+    if one.function == "sawtooth":
+        return rf"\mathrm{{saw}}({times}{symbol})" if entry.circular else rf"\mathrm{{saw}}({symbol}/{scale})"
     power = "" if one.order == 1 else f"^{{{one.order:g}}}"
-    if one.function == "above":
-        return rf"\max({symbol}-{scale},\,0){power}".replace("--", "+")
-    if one.function == "tanh":
-        return rf"\tanh({symbol}/{scale})"
-    if one.function == "decay":
-        return rf"e^{{-|{symbol}|/{scale}}}"
-    if one.function == "rising":
-        return rf"(1-e^{{-|{symbol}|/{scale}}})"
-    if one.function == "rational":
-        return rf"\frac{{1}}{{1+|{symbol}/{scale}|{power}}}"
-    return rf"[\,|{symbol}|<{scale}\,]"
+    width, half = (_latex_number(share * one.order, True) + unit for share in (1.0, 0.5))
+    said = FORMS[one.function][1].format(q=symbol, scale=scale, power=power, width=width, half=half)
+    return said.replace("--", "+") if one.function == "above" else said
 
 
 def legend(law: WrittenLaw) -> list[tuple[str, str]]:
     """(LaTeX, meaning) of every symbol of the formula."""
     out: dict[str, str] = {}
     for term in law.terms:
+        target = TARGETS[term.target]
         if _has_direction(term):
-            entry = TARGETS[term.target]
-            own = {
-                "angle": f", at {term.x:.3g} rad",
-                "axis": f", about the axis at {term.x:.3g} rad",
-                "body": f", at {term.x:.3g} rad from its own axis",
-                "wind": f", {_wind(term)}",
-                "time": "",
-            }.get(entry.own, f", at ({_place(term)})" if entry.own else "")
-            out[entry.symbol] = entry.meaning + own
-        elif TARGETS[term.target].own in DIRECTED:
-            entry = TARGETS[term.target]
-            out[entry.symbol] = f"{entry.meaning}, at {term.y:.3g} rad"
+            out[target.symbol] = target.meaning + _own_of_target(term)
+        elif target.own in DIRECTED:
+            out[target.symbol] = f"{target.meaning}, at {term.y:.3g} rad"
         for one in term.factors:
             quantity = QUANTITIES[one.quantity]
-            own = ""
-            if quantity.own in ("room", "host"):
-                own = f", at ({_place(one)})"
-            elif quantity.own == "wind":
-                own = f", {_wind(one)}"
-            elif one.quantity in ALONG:
-                own = f" of {one.x:.3g} rad"
-            elif quantity.own in LINES:
-                own = f" of {one.y:.3g} rad"
-            elif quantity.own == "fading":
-                own = f", within {one.y:.3g} s"
-            elif quantity.own == "trailing":
-                own = f", within {1e3 * one.y:.3g} mm"
-            elif quantity.own == "swinging":
-                own = (f", at {one.x:.3g} rad/s and" if one.x else ",") + f" within {one.y:.3g} s"
-            elif quantity.own == "spreading":
-                own = f", within {_spread(one)}"
-            elif quantity.own == "turning":
+            if quantity.own == "turning":
                 # The formula writes it by the azimuth and the time.
-                for part in ("azimuth", "time"):
-                    out[QUANTITIES[part].symbol] = QUANTITIES[part].in_words
-                continue
-            out[quantity.symbol] = quantity.in_words + own
+                out |= {QUANTITIES[part].symbol: QUANTITIES[part].in_words for part in ("azimuth", "time")}
+            else:
+                out[quantity.symbol] = quantity.in_words + _own_of_quantity(one)
     return list(out.items())
+
+
+def _own_of_target(term: Term) -> str:
+    """What the target's place or angle is, after its meaning."""
+    own = TARGETS[term.target].own
+    said = {
+        "angle": f", at {term.x:.3g} rad",
+        "axis": f", about the axis at {term.x:.3g} rad",
+        "body": f", at {term.x:.3g} rad from its own axis",
+        "wind": f", {_wind(term)}",
+        "time": "",
+    }
+    return said.get(own, f", at ({_place(term)})" if own else "")
+
+
+def _own_of_quantity(one: Factor) -> str:
+    """What the quantity's place, angle or range is, after its meaning."""
+    own = QUANTITIES[one.quantity].own
+    if one.quantity in ALONG:
+        return f" of {one.x:.3g} rad"
+    if own in LINES:
+        return f" of {one.y:.3g} rad"
+    said = {
+        "room": f", at ({_place(one)})",
+        "host": f", at ({_place(one)})",
+        "wind": f", {_wind(one)}",
+        "fading": f", within {one.y:.3g} s",
+        "trailing": f", within {1e3 * one.y:.3g} mm",
+        "swinging": (f", at {one.x:.3g} rad/s and" if one.x else ",") + f" within {one.y:.3g} s",
+        "spreading": f", within {_spread(one)}",
+    }
+    return said.get(own, "")

@@ -155,3 +155,19 @@ TARGETS: dict[str, Target] = {
         )
     )
 }  # fmt: skip
+
+#: what a target's own number and direction are: of a marker, of a camera, of these what has a direction
+MARKERS = ("marker", "body_marker")
+CAMERAS = ("camera", "camera_axis", "camera_angle")
+DIRECTED = (*MARKERS, *CAMERAS[1:])
+#: targets of a camera's whole picture, and of the NES in it
+PICTURE = ("picture_u", "picture_v", "picture_zoom", "picture_turn")
+NES_PICTURE = ("nes_picture_u", "nes_picture_v")
+#: targets of the place where the NES is seen, and of the markers' card on it
+NES_PLACE = ("nes_place", "nes_place_outwards")
+NES_CARD = ("nes_card", "nes_card_turn")
+#: every marker along its own way, and a share of every marker's way from where it is to where it is some time later or
+#: was before
+MARKER_WAY, MARKER_NEIGHBOUR = "marker_way", "marker_neighbour"
+#: what boards made of the world that all cameras were calibrated in
+BOARDS = ("board_stretch", "board_bow")

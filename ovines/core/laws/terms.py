@@ -10,7 +10,8 @@ import numpy as np
 
 from ovines.core.compiled import Floats
 from ovines.core.laws import words as W
-from ovines.core.laws.targets import TARGETS
+from ovines.core.laws.allowed import expected_instead
+from ovines.core.laws.targets import CAMERAS, MARKERS, TARGETS
 from ovines.core.laws.words import FUNCTIONS, QUANTITIES
 from ovines.core.refusal import require
 
@@ -99,8 +100,8 @@ class Term:
         few = len(self.factors) <= W.MOST_FACTORS
         require(few, f"{len(self.factors)} factors", f"{W.MOST_FACTORS} at the most", "take factors out")
         own = TARGETS[self.target].own
-        if own in (*W.CAMERAS, *W.MARKERS):
-            what = "camera" if own in W.CAMERAS else "marker"
+        if own in (*CAMERAS, *MARKERS):
+            what = "camera" if own in CAMERAS else "marker"
             counted = self.x >= 0 and self.x == int(self.x)
             require(counted, f"{what} {self.x:g} of {self.target}", f"a number of a {what}, from 0", "correct x")
 
@@ -140,19 +141,9 @@ class WrittenLaw:
         require(one, "a law of several stages", "terms of one stage", "write a law for each stage")
         for term in self.terms:
             for factor in term.factors:
-                if self.stage == "measurement":
-                    follows = (*W.OF_FRAMES, *_beside_frames(term.target))
-                    known, expected = factor.quantity in follows, "one of " + ", ".join(follows)
-                else:
-                    known = factor.quantity not in W.OF_MEASUREMENTS_ONLY
-                    expected = "time: what a whole run does is not known in it"
-                if factor.quantity == "spin_left":
-                    known, expected = term.target in ("spin_kept", "spin_added"), "what is known before the impulse"
-                if self.stage != "flight" and factor.quantity in W.OF_FLIGHTS_ONLY:
-                    known, expected = False, "what is known of an impact"
-                if term.target in W.BOARDS:
-                    known, expected = False, "no factor: what boards did is the same in all frames"
-                require(known, f"{factor.quantity} in a law of the {self.stage}", expected, "take another quantity")
+                expected = expected_instead(term.target, factor.quantity)
+                said = f"{factor.quantity} in a law of the {self.stage}"
+                require(expected is None, said, expected or "", "take another quantity")
 
     @property
     def stage(self) -> str:
@@ -184,25 +175,6 @@ def most_terms(terms: Sequence[Term]) -> int:
     """As many terms as a law of these may have at the most."""
     of_measurement = all(TARGETS[term.target].stage == "measurement" for term in terms)
     return MOST_OF_MEASUREMENT if of_measurement else MOST_TERMS
-
-
-def _beside_frames(target: str) -> tuple[str, ...]:
-    """What a target of the measurement may follow beside what is known of every frame."""
-    if TARGETS[target].own in W.MARKERS:
-        return W.OF_MARKERS
-    if target in W.NES_PLACE:
-        return W.OF_NES_PLACE
-    if target in W.NES_CARD:
-        return W.OF_NES_CARD
-    if target == W.MARKER_NEIGHBOUR:
-        return W.OF_MARKER_NEIGHBOUR
-    if target == W.MARKER_WAY:
-        return W.OF_MARKER_WAY
-    if target == "camera_delay":
-        return W.OF_CAMERA_DELAY
-    if target in W.PICTURE:
-        return W.OF_PICTURE
-    return W.OF_NES_PICTURE if target in W.NES_PICTURE else ()
 
 
 def rows_of(terms: Sequence[Term]) -> Floats:
@@ -288,7 +260,7 @@ def _in_units(term: Term, units: dict[str, float]) -> Term:
         return math.prod(units[base] ** power for base, power in powers.items())
 
     def place(own: str, unit: str, x: float, y: float) -> tuple[float, float]:
-        if own in ("angle", "axis", *W.CAMERAS, *W.MARKERS):
+        if own in ("angle", "axis", *CAMERAS, *MARKERS):
             return x, y
         if own in ("room", "host"):
             return x / units["m"], y / units["m"]

@@ -1,5 +1,5 @@
 """What a written law is made of: the quantities that it may follow, and functions of them; what it acts on stands in
-:mod:`ovines.core.laws.targets`.
+:mod:`ovines.core.laws.targets`, which of these quantities it may follow there in :mod:`ovines.core.laws.allowed`.
 
 Every quantity is an invariant of the rig - a speed, a distance, an angle between things - so that a formula keeps its
 form when the world is turned; what has a direction in the room carries an angle of its own.  Names here are those of
@@ -465,44 +465,8 @@ OF_BLOWS = (
     *("breathing", "breathing_rate", "blows_here", "rim_blows_here"),
     *("ovalling_rate", "twist", "twist_rate", "recent_rubbing"),
 )
-#: what remembers the way over the floor, and what only laws of the flights may follow
+#: what remembers the way over the floor
 OF_WAY = ("way_since", "off_path", "way", "trail_along", "trail_across", "way_lately")
-OF_FLIGHTS_ONLY = (*OF_WAY, "sliding_from_blow", "rim_angle")
-#: what a law of the measurement may follow: what is known of a frame whatever it shows
-OF_FRAMES = (
-    *("time", "share", "run", "phase", "clock"),
-    *("host_acceleration_along", "host_velocity_along", "host_place_along"),
-    *("since", "last_approach", "last_slip", "last_spun", "blows"),
-)
-#: what one of a marker may follow beside: what its body is known to do
-OF_MARKERS = ("spin", "angle", "speed", "heading", "struck_rim")
-#: what a camera's whole picture may follow beside, and its targets: where the disk goes, which a camera that steadies
-#: its picture takes for its own shake
-OF_PICTURE, PICTURE = ("nes_place_along", "velocity_along"), ("picture_u", "picture_v", "picture_zoom", "picture_turn")
-#: what one of the NES in a picture may follow beside, and its targets
-OF_NES_PICTURE, NES_PICTURE = ("angle", "spin", "speed", "velocity_along"), ("nes_picture_u", "nes_picture_v")
-#: what one of the place where the NES is seen may follow beside, and its targets
-OF_NES_PLACE, NES_PLACE = ("gap", "radius", "along_host", "distance_in_host"), ("nes_place", "nes_place_outwards")
-#: what one of the markers' card on the NES may follow beside, and its targets
-OF_NES_CARD, NES_CARD = ("spin", "angle", "struck_rim"), ("nes_card", "nes_card_turn")
-#: what one of every marker along its own way may follow beside - the speed is the marker's own - and its target
-OF_MARKER_WAY, MARKER_WAY = ("speed",), "marker_way"
-#: a share of every marker's way from where it is to where it is some time later or was before
-OF_MARKER_NEIGHBOUR, MARKER_NEIGHBOUR = ("gap",), "marker_neighbour"
-#: what a camera's delay may follow beside: where and how fast the disk and the Host go, for what a camera sees may tell
-#: it how long to expose
-OF_CAMERA_DELAY = (
-    *("along_host", "radius", "gap", "distance_in_host", "azimuth", "speed", "velocity_along", "spin"),
-    "host_speed",
-)
-#: what nothing but a law of the measurement may follow: it is not known while a run goes on
-OF_MEASUREMENTS_ONLY = ("share", "host_place_along", "last_spun", "struck_rim", "nes_place_along")
 #: own offset and direction of what is a place along a line, in the Host or the room
 LINES = ("line", "room_line")
-#: what boards made of the world that all cameras were calibrated in; the same in all frames: it follows nothing
-BOARDS = ("board_stretch", "board_bow")
-#: what a target's own number and direction are: of a marker, of a camera, of these what has a direction
-MARKERS = ("marker", "body_marker")
-CAMERAS = ("camera", "camera_axis", "camera_angle")
-DIRECTED = (*MARKERS, *CAMERAS[1:])
 TURN = 2 * math.pi

@@ -8,7 +8,7 @@ import pytest
 
 from ovines.camera.boards import BOARDS
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
-from ovines.core.laws import kernel, quantities
+from ovines.core.laws import kernel, quantities, targets
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text, legend
 from ovines.core.laws.targets import TARGETS
@@ -589,7 +589,7 @@ def test_the_simulator_refuses_what_it_cannot_hold():
 def test_a_law_of_boards_follows_nothing():
     """It is the same in all frames: a factor would be forgotten in silence."""
     WrittenLaw((Term("board_stretch", 0.004, (), 0.3),))
-    assert W.BOARDS == BOARDS
+    assert targets.BOARDS == BOARDS
     for target in BOARDS:
         with pytest.raises(ScenarioError, match="time in a law of the measurement"):
             WrittenLaw((Term(target, 0.004, (Factor("time"),), 0.3),))

@@ -10,6 +10,7 @@ import pytest
 from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
 from ovines.core.laws import kernel
 from ovines.core.laws import words as W
+from ovines.core.laws.allowed import OF_FLIGHTS_ONLY
 from ovines.core.laws.formula import as_latex, as_text, legend
 from ovines.core.laws.memory import LEAST_LATELY, LEAST_TRAIL, memory_units, slid_on, trail, way_lately
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
@@ -178,7 +179,7 @@ def test_what_a_law_of_the_way_says_of_itself():
     assert small[-1].factors[0].y == pytest.approx(0.015)
     with pytest.raises(ScenarioError):
         Factor("trail_along")
-    for name in W.OF_FLIGHTS_ONLY:
+    for name in OF_FLIGHTS_ONLY:
         own = {"y": 0.01} if name in ("trail_along", "trail_across", "way_lately") else {}
         with pytest.raises(ScenarioError):
             WrittenLaw((Term("restitution", 1.0, (Factor(name, **own),)),))

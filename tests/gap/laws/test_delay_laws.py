@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,11 +15,13 @@ from analysis.blind.recording import clock
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import verdict_of
+from analysis.gap.laws.frames.asked import _delay_structure
 from analysis.gap.laws.frames.delay import delay_follows, late_camera
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import view_rows
 from analysis.gap.laws.frames.law import find_frame_laws
 from analysis.gap.laws.regression.problem import held_out_squares
+from analysis.gap.tests_by_hand import unknown_test
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.kernel import sizes
@@ -77,16 +80,21 @@ def test_it_is_the_first_camera_where_the_host_says_so(tmp_path):
     assert (law.law.terms[0].x, as_text(law.law)[-25:]) == (1.0, as_text(other.law)[-25:])
 
 
-@pytest.mark.further
 def test_a_trigger_that_the_shaker_pulls_follows_the_host(loaded):
-    """Along the drive, for across it nothing moves that could tell a direction."""
-    _, series = loaded("unknown_grounded_trigger", 0.8, 5)
+    """Along the drive, for across it nothing moves that could tell a direction; by hand the cameras' own clocks are
+    asked."""
+    _, series = loaded("unknown_grounded_trigger", 0.8, 5, runs=2)
     assert delay_follows(series)
     (law,), _ = find_frame_laws(series, np.random.default_rng(0))
     (term,) = law.law.terms
     (factor,) = term.factors
     assert (term.target, factor.quantity) == ("camera_delay", "host_acceleration_along"), as_text(law.law)
     assert abs(np.sin(factor.x)) < 0.01 and law.closed > 0.95
+    left = _delay_structure(law, SimpleNamespace(series=series))
+    assert (left.stage, left.unit) == ("measurement", "s") and left.strength > 1
+    assert left.goes_with == "the acceleration of the Host along a direction: the delay of a camera changes"
+    by_hand = unknown_test(left.stage, left.goes_with)
+    assert left.goes_with in by_hand and "the cameras' own counters or time stamps" in by_hand
 
 
 @pytest.mark.others_further

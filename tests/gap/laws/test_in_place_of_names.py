@@ -21,10 +21,11 @@ from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
 from analysis.gap.laws.instead.wall import _instead
 from analysis.gap.selection.flight_candidates import gain_of
 from analysis.gap.selection.flight_causes import term_cause
-from analysis.gap.selection.flight_steps import first_flights, named_terms_of, select_flight_effects
+from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.flights.fit import fit, prior_of
 from analysis.gap.selection.flights.model import run_places, with_free
 from analysis.gap.selection.flights.terms import EFFECT_TERMS
+from analysis.gap.selection.flights_beside_law import named_terms_of
 from analysis.gap.selection.impact_steps import select_impact_effects
 from ovines.core.laws.formula import as_text
 from ovines.core.laws.terms import Factor, Term, WrittenLaw

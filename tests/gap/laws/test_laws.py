@@ -39,11 +39,12 @@ from ovines.core.effects import EFFECTS, Effect, EffectParameter
 from ovines.core.effects.effect import Words
 from ovines.core.effects.law_form import FactorForm, LawForm
 from ovines.core.laws import words as W
+from ovines.core.laws.allowed import OF_FLIGHTS_ONLY
 from ovines.core.laws.formula import as_latex, as_text
 from ovines.core.laws.kernel import sizes
 from ovines.core.laws.targets import TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
-from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, OF_FLIGHTS_ONLY, QUANTITIES
+from ovines.core.laws.words import FUNCTIONS, KNOWN_SIZE, QUANTITIES
 from ovines.law_file import law_text, read_law
 from tests.gap.conftest import brought, laws_and_ladder
 

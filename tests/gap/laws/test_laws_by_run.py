@@ -18,12 +18,13 @@ from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.frames import law as frame_law
 from analysis.gap.laws.frames.drifting_clock import drift_of, drifting_clock_law
-from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, problem_of
+from analysis.gap.laws.frames.evidence.rows import FrameRows, problem_of
 from analysis.gap.laws.frames.forms.by_run import by_run, lone_run, nil_in
 from analysis.gap.laws.regression.halves import halves_of
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
+from ovines.core.laws.targets import PICTURE
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
 
 RUNS = 12

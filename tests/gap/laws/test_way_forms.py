@@ -18,6 +18,7 @@ from analysis.gap.laws.dictionary.places import place_candidates
 from analysis.gap.laws.flight_rows import _columns, flight_regression
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core.laws import words as W
+from ovines.core.laws.allowed import OF_FLIGHTS_ONLY
 from tests.gap.laws.test_memory_laws import EFFECTS
 
 RADIUS_M, DISK_M = 0.04, 0.01
@@ -165,7 +166,7 @@ def test_the_forms_of_the_way_are_in_the_dictionary():
     own = way_candidates(scales)
     assert {one.name for one in own} <= names
     followed = {factor.quantity for one in own for term in one.terms for factor in term.factors}
-    assert followed >= set(W.OF_FLIGHTS_ONLY)
+    assert followed >= set(OF_FLIGHTS_ONLY)
 
 
 def test_the_way_is_measured_from_frames():

@@ -9,7 +9,7 @@ import pytest
 
 from analysis.gap.diagnose import diagnose
 from analysis.gap.drive.causes import would_show
-from analysis.gap.drive.swings import Line
+from analysis.gap.drive.lines import Line
 from ovines.pipeline.series.diagnosis import load_series
 from ovines.recording import read_series
 from tests.plants import Spec, make_series, write_series

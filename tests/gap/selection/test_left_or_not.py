@@ -19,8 +19,9 @@ from analysis.gap.laws.belief import believed
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.regression.halves import Halves
 from analysis.gap.prediction.probabilities import ABSENT, probability_of_left
+from analysis.gap.selection import flight_candidates
 from analysis.gap.selection.flight_candidates import Gain, Units
-from analysis.gap.selection.flight_steps import _accepted, first_flights, select_flight_effects
+from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
 from analysis.gap.selection.flights.terms import FlightTerm
 from analysis.gap.selection.unfitted_flights import outlying_flights, unexplained_misfit
 from analysis.gap.written_laws import write_laws
@@ -51,7 +52,7 @@ def test_what_has_no_name_is_left_only_where_it_is_surely_more_than_negligible(n
     drive."""
     term = FlightTerm("force with the drive's phase", ("force_cos_x",), named)
     gain = Gain(term, 500.0, 400.0, np.ones(1), np.full(1, 0.05), 20.0, 1.0, over * 0.02)
-    assert _accepted(gain, 50.0, Units({}, 0.02)) is accepted
+    assert flight_candidates.accepted(gain, 50.0, Units({}, 0.02)) is accepted
 
 
 @pytest.mark.further

@@ -101,7 +101,7 @@ def test_a_name_is_taken_beside_frictions_of_the_runs_own(monkeypatch, friction,
         held.extend(runs)
         return flight_steps._Grown(start, [TILT], {}, [], [], [])
 
-    monkeypatch.setattr(flight_steps, "_fitted", lambda *_: flights(0 * HUMID, tilt))
+    monkeypatch.setattr(flight_steps, "refitted", lambda *_: flights(0 * HUMID, tilt))
     monkeypatch.setattr(flight_steps, "_grown", grown)
     before = flight_steps._Grown(base, [], {}, ["first"], [], [])
     runs = [Held(Friction(1.0))] * RUNS

@@ -11,9 +11,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.core.laws.targets import TARGETS
+from ovines.core.laws.targets import MARKERS, TARGETS
 from ovines.core.laws.terms import Factor, Term, WrittenLaw, wrapped
-from ovines.core.laws.words import ALONG, LINES, MARKERS, QUANTITIES, TRAINS
+from ovines.core.laws.words import ALONG, LINES, QUANTITIES, TRAINS
 
 Array = NDArray[np.float64]
 Make = Callable[..., tuple[Term, ...]]
@@ -200,6 +200,19 @@ def _angle_of(term: Term) -> float:
 
 
 def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> None:
+    """Numbers of a factor: of its quantity, then of its function."""
+    _of_quantity(one, term, out)
+    unit = QUANTITIES[one.quantity].unit
+    if one.function in SCALED or one.scale != 1.0:
+        word = "period" if one.function in TRAINS else "scale"
+        out[f"{one.quantity}_{word}{UNITS[unit]}"] = (one.scale, unit)
+    if one.function in TRAINS:
+        out[f"{one.quantity}_width{UNITS[unit]}"] = (one.order, unit)
+
+
+def _of_quantity(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> None:
+    """Numbers that a factor's quantity has of its own - a place, a direction, a range, what it counts from - but for
+    those that its term has as well."""
     entry = QUANTITIES[one.quantity]
     if entry.own in ("room", "host"):
         if (one.x, one.y) != (term.x, term.y):
@@ -231,11 +244,6 @@ def _of_factor(one: Factor, term: Term, out: dict[str, tuple[float, str]]) -> No
             out["fading_s"] = (one.x, "s")
     elif one.x != 0.0:
         out[f"{one.quantity}_zero{UNITS[entry.unit]}"] = (one.x, entry.unit)
-    if one.function in SCALED or one.scale != 1.0:
-        word = "period" if one.function in TRAINS else "scale"
-        out[f"{one.quantity}_{word}{UNITS[entry.unit]}"] = (one.scale, entry.unit)
-    if one.function in TRAINS:
-        out[f"{one.quantity}_width{UNITS[entry.unit]}"] = (one.order, entry.unit)
 
 
 def law_at(parts: tuple[Candidate, ...], values: Array, covariance: Array | None = None) -> WrittenLaw:

@@ -22,8 +22,8 @@ from analysis.gap.series import Series, with_times, with_tracks
 from ovines.camera import Camera, midpoints
 from ovines.camera.bends import BENDS, bend_px
 from ovines.camera.boards import board_bend_px
+from ovines.core.laws.targets import BOARDS, MARKER_NEIGHBOUR, MARKER_WAY, NES_CARD, NES_PICTURE, NES_PLACE
 from ovines.core.laws.terms import Term, WrittenLaw
-from ovines.core.laws.words import BOARDS, MARKER_NEIGHBOUR, MARKER_WAY, NES_CARD, NES_PICTURE, NES_PLACE
 from ovines.errors import InputError
 from ovines.recording import Recording
 

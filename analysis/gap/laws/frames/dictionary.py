@@ -17,7 +17,7 @@ from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves, wa
 from analysis.gap.laws.frames.bodies.markers import TARGETS, MarkerRows
 from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import delay_candidates
-from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, Key, size_of
+from analysis.gap.laws.frames.evidence.rows import FrameRows, Key, size_of
 from analysis.gap.laws.frames.forms.by_run import shifts_by_run
 from analysis.gap.laws.frames.forms.followed import (
     after_blows,
@@ -31,6 +31,7 @@ from analysis.gap.laws.frames.forms.followed import (
 from analysis.gap.laws.frames.forms.making import followed
 from analysis.gap.laws.frames.forms.rates import best_rates
 from analysis.gap.laws.frames.forms.steps import best_steps
+from ovines.core.laws.targets import PICTURE
 from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]

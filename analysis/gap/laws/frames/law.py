@@ -19,7 +19,7 @@ from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import late_camera, least_delay_s
 from analysis.gap.laws.frames.dictionary import disk_candidates, frame_candidates, marker_candidates, moved_rms
 from analysis.gap.laws.frames.evidence.clock import clock_rows
-from analysis.gap.laws.frames.evidence.rows import PICTURE, FrameRows, Key, key_of, picture_rows, view_rows
+from analysis.gap.laws.frames.evidence.rows import FrameRows, Key, key_of, picture_rows, view_rows
 from analysis.gap.laws.frames.forms.by_run import lone_run, nil_in
 from analysis.gap.laws.linear_law import reported_law
 from analysis.gap.measurement.body_residuals import LOOSE_M
@@ -28,8 +28,8 @@ from analysis.gap.measurement.rigid_bodies import loose_markers
 from analysis.gap.measurement.two_views import two_views
 from analysis.gap.series import Series
 from analysis.gap.thresholds import LAW_LEAST_CLOSED, NEGLIGIBLE_FRAMES
+from ovines.core.laws.targets import NES_PICTURE, PICTURE
 from ovines.core.laws.terms import Term, WrittenLaw
-from ovines.core.laws.words import NES_PICTURE
 
 # A camera that is asked for frames twice as fast as it films leaves every other one out.
 SHORTEST_PERIODS = 0.5
@@ -148,8 +148,7 @@ def _picture_law(rows: FrameRows | None, series: Series, rng: np.random.Generato
     half runs are held out besides."""
     alone = None if rows is None else lone_run(rows, camera, LEVEL_WHERE_LEFT)
     if rows is not None and alone is not None:
-        problem, steps = alone
-        found = _law_of(replace(rows, problem=problem), series, rng, steps)
+        found = _law_of(replace(rows, problem=alone.problem), series, rng, alone.steps)
         if found:
             return found
     return _law_of(rows, series, rng)

@@ -27,6 +27,7 @@ from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.series import Series
 from analysis.statistics.robust import least_squares
 from ovines.core.laws import words as W
+from ovines.core.laws.targets import MARKER_NEIGHBOUR
 from ovines.core.laws.terms import Factor, Term
 from ovines.robust import residual_sd
 
@@ -153,7 +154,7 @@ def _noise(across: Array, after: Array) -> Array:
 
 def _neighbours(first: int, last: int, period_s: float) -> tuple[Term, ...]:
     """Terms of the frames from ``first`` to ``last`` but for the frame itself."""
-    return tuple(Term(W.MARKER_NEIGHBOUR, 1.0, x=k * period_s) for k in range(first, last + 1) if k)
+    return tuple(Term(MARKER_NEIGHBOUR, 1.0, x=k * period_s) for k in range(first, last + 1) if k)
 
 
 def blow_candidates(rows: CornerRows) -> list[Candidate]:

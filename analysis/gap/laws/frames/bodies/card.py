@@ -36,8 +36,8 @@ from analysis.gap.measurement.loose_markers import angle_at
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.series import Series
 from ovines.core.laws import words as W
+from ovines.core.laws.targets import NES_CARD
 from ovines.core.laws.terms import Factor, Term
-from ovines.core.laws.words import NES_CARD
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]

@@ -31,6 +31,7 @@ from analysis.gap.measurement.loose_markers import angle_at, apart
 from analysis.gap.series import Series
 from analysis.statistics.correlation import slow_mean
 from ovines.core.laws import words as W
+from ovines.core.laws.targets import MARKER_WAY
 from ovines.core.laws.terms import Factor, Term
 from ovines.robust import residual_sd
 
@@ -158,7 +159,7 @@ def _way(known: Array, data: RunData) -> Array:
 
 
 def _power(power: float) -> Term:
-    return Term(W.MARKER_WAY, 1.0, (Factor("speed", "power", power),) if power else ())
+    return Term(MARKER_WAY, 1.0, (Factor("speed", "power", power),) if power else ())
 
 
 def way_candidates(rows: WayRows) -> list[Candidate]:
@@ -167,9 +168,9 @@ def way_candidates(rows: WayRows) -> list[Candidate]:
     usual = float(np.sqrt(np.mean(speed**2)))
     out = [plain(f"markers along their way, by their speed to the power {power:g}", _power(power)) for power in POWERS]
     slow, fast = ([share * usual for share in shares] for shares in (SPEEDS, BEYOND))
-    out += scaled("markers along their way while they are slow", W.MARKER_WAY, ("speed", "exponential", 1.0), slow)
+    out += scaled("markers along their way while they are slow", MARKER_WAY, ("speed", "exponential", 1.0), slow)
     # What has gone farther than a search window in a frame is found at its edge.
-    return out + scaled(BEYOND_A_SPEED, W.MARKER_WAY, ("speed", "above", 1.0), fast)
+    return out + scaled(BEYOND_A_SPEED, MARKER_WAY, ("speed", "above", 1.0), fast)
 
 
 def find_way_law(series: Series, rng: np.random.Generator) -> LawFound | None:

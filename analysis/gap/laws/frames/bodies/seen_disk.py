@@ -29,6 +29,7 @@ from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.series import Series
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws import words as W
+from ovines.core.laws.targets import NES_PLACE
 from ovines.core.laws.terms import Factor, Term
 
 Array = NDArray[np.float64]
@@ -79,7 +80,7 @@ def find_seen_disk_law(fitted: FlightFit, frame: RigFrame, rng: np.random.Genera
 
 def seen_candidates(scales: RigScales) -> list[Candidate]:
     """Every candidate for how far from its place the disk is seen."""
-    along, outwards = W.NES_PLACE
+    along, outwards = NES_PLACE
     ranges = [share * scales.radius_m for share in RANGES]
     out = scaled("disk seen outwards near the wall", outwards, ("gap", "exponential", 1.0), ranges)
     out += [
@@ -128,8 +129,7 @@ def shift(terms: Sequence[Term], known: Array) -> Array:
     sizes, radius = size_of(terms, known), np.maximum(np.hypot(known[:, W.HX], known[:, W.HY]), 1e-12)
     outwards = known[:, [W.HX, W.HY]] / radius[:, None]
     ways = [
-        outwards if term.target == W.NES_PLACE[1] else np.array([[math.cos(term.x), math.sin(term.x)]])
-        for term in terms
+        outwards if term.target == NES_PLACE[1] else np.array([[math.cos(term.x), math.sin(term.x)]]) for term in terms
     ]
     return np.stack([size[:, None] * way for size, way in zip(sizes.T, ways, strict=True)], -1)
 

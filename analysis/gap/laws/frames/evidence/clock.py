@@ -4,6 +4,7 @@ as smooth as its drive."""
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,25 @@ MOST_BESIDE = 0.2
 DEGREE, KNOT_FRAMES, FOLLOWS = 5, (64, 48, 32, 24, 16, 12, 8, 6), 1.05
 
 
+class BesideDrive(NamedTuple):
+    """The Host's path of a run beside its drive: of the ``frames`` (N,) that saw it, what the path is ``off_m`` (N, 2)
+    the drive, its ``velocity_m_per_s`` (N, 2), and an orthonormal ``basis`` (N, Q) of what the drive may take."""
+
+    frames: NDArray[np.int64]
+    off_m: Array
+    velocity_m_per_s: Array
+    basis: Array
+
+
+class Followed(NamedTuple):
+    """A path that splines follow: the ``noise_m`` that they leave beside them, over what is left free, what the path is
+    ``off_m`` (N, 2) them, and their orthonormal ``basis`` (N, Q)."""
+
+    noise_m: float
+    off_m: Array
+    basis: Array
+
+
 def clock_rows(series: Series, by_lines: bool = True) -> FrameRows | None:
     """What the Host's path beside its drive says of a delay of all cameras; None where it says nothing.
 
@@ -44,15 +64,15 @@ def clock_rows(series: Series, by_lines: bool = True) -> FrameRows | None:
         path = (_beside_drive if by_lines else _beside_path)(run.data.time_s, run.data.host)
         if path is None:
             continue
-        use, residual, velocity, basis = path
-        for axis in range(2):
-            sd = residual_sd(_on_time(residual[:, axis], velocity[:, axis], known[begins[number] + use, W.SHARE]))
-            own = np.clip(residual[:, axis] / max(sd, 1e-12), -1e3, 1e3)
-            values.append(own - basis @ (basis.T @ own))
-            units.append(velocity[:, axis] / max(sd, 1e-12))
-            ats.append(begins[number] + use)
-            bases.append((slice(row, row + len(use)), basis))
-            row += len(use)
+        at_run = begins[number] + path.frames
+        for off_m, velocity in zip(path.off_m.T, path.velocity_m_per_s.T, strict=True):
+            sd = residual_sd(_on_time(off_m, velocity, known[at_run, W.SHARE]))
+            own = np.clip(off_m / max(sd, 1e-12), -1e3, 1e3)
+            values.append(own - path.basis @ (path.basis.T @ own))
+            units.append(velocity / max(sd, 1e-12))
+            ats.append(at_run)
+            bases.append((slice(row, row + len(at_run)), path.basis))
+            row += len(at_run)
     if not values:
         return None
     at = np.concatenate(ats).astype(np.int64)
@@ -60,9 +80,9 @@ def clock_rows(series: Series, by_lines: bool = True) -> FrameRows | None:
     return FrameRows(problem, known, at, {("clock_delay", 0): np.concatenate(units)}, tuple(bases))
 
 
-def _beside_drive(time_s: Array, host: HostMotion) -> tuple[NDArray[np.int64], Array, Array, Array] | None:
-    """Frames used, what the Host's path is off its drive (N, 2), its velocity (N, 2), and an orthonormal basis (N, Q)
-    of what the drive's lines may take."""
+def _beside_drive(time_s: Array, host: HostMotion) -> BesideDrive | None:
+    """The path beside the drive's lines, their overtones and what a drift of each makes of it; None where it has none,
+    or is further from them than a clock moves it."""
     use = _seen(time_s, host)
     if not host.omega_rad_per_s or use is None:
         return None
@@ -82,25 +102,28 @@ def _beside_drive(time_s: Array, host: HostMotion) -> tuple[NDArray[np.int64], A
     place = place - basis @ (basis.T @ place)
     if np.std(place, 0).max() > MOST_BESIDE * host.amplitude_m:
         return None
-    return use, _clipped(place), velocity, basis
+    return BesideDrive(use, _clipped(place), velocity, basis)
 
 
-def _beside_path(time_s: Array, host: HostMotion) -> tuple[NDArray[np.int64], Array, Array, Array] | None:
+def _beside_path(time_s: Array, host: HostMotion) -> BesideDrive | None:
     """As :func:`_beside_drive`, of a path that no lines describe: splines as coarse as follow it."""
     use = _seen(time_s, host)
     if not host.moves or use is None:
         return None
     place, velocity = host.at(time_s)[use, :2] + host.residual[use, :2], host.at(time_s, 1)[use, :2]
-    followed: list[tuple[float, Array, Array]] = []
-    for frames in KNOT_FRAMES:
-        basis = np.linalg.qr(_splines(time_s[use], frames))[0]
-        left = place - basis @ (basis.T @ place)
-        # Over what is left free: more knots explain more of the noise alone.
-        spread = [residual_sd(column) for column in left.T]
-        followed.append((math.hypot(*spread) / math.sqrt(1 - basis.shape[1] / len(use)), left, basis))
-    least = min(noise for noise, _, _ in followed)
-    _, left, basis = next(one for one in followed if one[0] <= FOLLOWS * least)
-    return use, _clipped(left), velocity, basis
+    followed = [_followed(place, _splines(time_s[use], frames)) for frames in KNOT_FRAMES]
+    least_m = min(one.noise_m for one in followed)
+    coarsest = next(one for one in followed if one.noise_m <= FOLLOWS * least_m)
+    return BesideDrive(use, _clipped(coarsest.off_m), velocity, coarsest.basis)
+
+
+def _followed(place: Array, splines: Array) -> Followed:
+    """What ``splines`` (N, Q) follow of the places (N, 2; m) of a path."""
+    basis = np.linalg.qr(splines)[0]
+    off_m = place - basis @ (basis.T @ place)
+    # Over what is left free: more knots explain more of the noise alone.
+    spread = [residual_sd(column) for column in off_m.T]
+    return Followed(math.hypot(*spread) / math.sqrt(1 - basis.shape[1] / len(place)), off_m, basis)
 
 
 def _seen(time_s: Array, host: HostMotion) -> NDArray[np.int64] | None:

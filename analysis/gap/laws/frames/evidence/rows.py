@@ -26,14 +26,14 @@ from ovines.camera import Camera
 from ovines.camera.bends import bend_px
 from ovines.core.laws import words as W
 from ovines.core.laws.kernel import sizes
+from ovines.core.laws.targets import NES_PICTURE, PICTURE
 from ovines.core.laws.terms import Term, rows_of
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
 Key = tuple[str, int]
-PICTURE = W.PICTURE
 # What two views may say of one of them, in the order of columns.
-OF_VIEW = ("camera_delay", *PICTURE, *W.NES_PICTURE)
+OF_VIEW = ("camera_delay", *PICTURE, *NES_PICTURE)
 # Rows of so long a part of a run share what noise did to them: longer than a body takes through a lens residual.
 BLOCKS_OF_RUN = 8
 # Parts of a run whose delay is free when the noise of two views is measured, and the degree of what a lens residual

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,14 @@ class PictureRows(Rows, Protocol):
 
     def columns(self, terms: Sequence[Term]) -> Array:
         """What a unit of each term adds."""
+
+
+class LoneRun(NamedTuple):
+    """A run at either end that lies apart: the ``steps`` that it may be, and the ``problem`` in whose place of runs
+    stand halves of runs, which predict each other."""
+
+    problem: Regression
+    steps: list[Candidate]
 
 
 def by_run(word: str, make: Make, known: Array, along: str = "") -> list[Candidate]:
@@ -70,24 +78,25 @@ def _before(first: int) -> Factor:
     return Factor("run", "below", 1.0, first - 0.5)
 
 
-def lone_run(rows: PictureRows, camera: int, level: float) -> tuple[Regression, list[Candidate]] | None:
+def lone_run(rows: PictureRows, camera: int, level: float) -> LoneRun | None:
     """Steps of a picture between the first run, or the last, and all others, and the problem whose runs are halves of
     runs: no other run predicts a single one, its own other half does.  None where the others scatter so from run to run
     that it may be one of them, as often as ``level``."""
     runs = int(rows.known[:, W.RUN].max()) + 1
     if runs < FEWEST_OTHERS + 1:
         return None
-    off, lone = _of_each_run(rows, camera, runs), []
+    off = _of_each_run(rows, camera, runs)
+    steps: list[Candidate] = []
     for first, run in ((1, 0), (runs - 1, runs - 1)):
         chance = _alone(off, run)
         for word, targets in MOVES.items():
             if ENDS * len(TARGETS) * min(chance[TARGETS.index(one)] for one in targets) < level:
-                lone.append(followed(word, _moved(targets, camera), f"a step before run {first}", _before(first)))
-    if not lone:
+                steps.append(followed(word, _moved(targets, camera), f"a step before run {first}", _before(first)))
+    if not steps:
         return None
     part = np.minimum((rows.known[:, W.SHARE] * HALVES).astype(np.int64), HALVES - 1)
     half = (rows.known[:, W.RUN].astype(np.int64) * HALVES + part)[rows.at]
-    return replace(rows.problem, run=half), lone
+    return LoneRun(replace(rows.problem, run=half), steps)
 
 
 def _of_each_run(rows: PictureRows, camera: int, runs: int) -> Array:
