@@ -17,7 +17,7 @@ def spread(values: ArrayLike) -> float:
     out, NaN of none.
     """
     known = _known(values)
-    return _sd(known - np.median(known)) if known.size else float("nan")
+    return _sd(known - middle(known)) if known.size else float("nan")
 
 
 def residual_sd(residual: ArrayLike) -> float:

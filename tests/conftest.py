@@ -73,6 +73,11 @@ def pytest_collection_finish():
     gc.freeze()
 
 
+def pytest_sessionfinish():
+    """Nor when all is done: pytest would look through it five times more."""
+    gc.freeze()
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop(session):
     """On a fresh checkout both halves of the whole suite soon ask for the blind plant, which takes a minute to compile

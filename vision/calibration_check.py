@@ -232,7 +232,8 @@ def refuse_foreign_tracks(
     """
     from vision.triangulate import triangulate
 
-    names = [camera.name for camera in cameras if camera.name in set(tracks["camera"])]
+    filmed = set(tracks["camera"].unique())
+    names = [camera.name for camera in cameras if camera.name in filmed]
     if len(names) != 2:
         return
     misfit = float(np.nanmedian(np.abs(points["epipolar_px"]))) if len(points) else np.inf
@@ -282,7 +283,8 @@ def length_notes(points: pd.DataFrame, recording: Recording) -> list[str]:
         place = dict(zip(body.markers, np.array(body.layout_m, float) * [1, 1, not flat], strict=True))
         rows = points[points["marker"].isin(body.markers)]
         wide = rows.pivot(index="frame", columns="marker", values=["x_m", "y_m", "z_m"])
-        seen = [marker for marker in body.markers if marker in set(rows["marker"])]
+        there = set(rows["marker"].unique())
+        seen = [marker for marker in body.markers if marker in there]
         found_m = {marker: wide.xs(marker, axis=1, level="marker").to_numpy(float) for marker in seen}
         for i, first in enumerate(seen):
             for second in seen[i + 1 :]:

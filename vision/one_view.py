@@ -237,7 +237,7 @@ def one_view_notes(
         "one camera: x, y and angle come from the markers' heights in layout_m; height (z), a tilted plane, a late "
         "clock and a wrong window_offset_px cannot be seen from one view"
     ]
-    without = sorted(set(tracks["marker"]) - set(heights))
+    without = sorted(set(tracks["marker"].unique()) - set(heights))
     if without:
         notes.append(f"{', '.join(without)} have no height (layout_m) and so no points with one camera")
     found = vertical_motion(points, camera, heights)
@@ -258,7 +258,8 @@ def _wide(points: pd.DataFrame, body: str, heights: Mapping[str, Height], value:
     """Values (frames, markers, n) of a body's markers, NaN where unseen; None with too few markers."""
     own = [name for name, height in heights.items() if height.body == body]
     rows = points[points["marker"].isin(own)]
-    present = [name for name in own if name in set(rows["marker"])]
+    there = set(rows["marker"].unique())
+    present = [name for name in own if name in there]
     if len(present) < FEWEST_MARKERS:
         return None
     frames, at = np.unique(rows["frame"], return_inverse=True)

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ovines.robust import spread
+from ovines.robust import middle, spread
 
 Array = NDArray[np.float64]
 
@@ -230,7 +230,7 @@ def _noise_costs(spectrum: Array, turn: Array) -> tuple[Array, Array]:
     spectrum shows it, and how badly it explains that end (-2 log L)."""
     bands, shapes = _shapes(len(turn), float(turn[1]))
     weight = np.array([len(band) for band in bands]) / MEDIAN_VARIANCE
-    seen = np.array([np.log(max(float(np.median(spectrum[band])), 1e-300) / np.log(2)) for band in bands])
+    seen = np.array([np.log(max(middle(spectrum[band]), 1e-300) / np.log(2)) for band in bands])
     sizes = (seen - shapes) @ weight / np.sum(weight)
     return sizes, (seen - shapes - sizes[:, None]) ** 2 @ weight
 

@@ -50,7 +50,7 @@ def sliding_plane(points: pd.DataFrame, recording: Recording) -> SlidingPlane | 
     own = points[points["marker"].isin(list(heights)) & points["z_m"].notna()]
     if own["frame"].nunique() < FEWEST_FRAMES:
         return None
-    markers = sorted(set(own["marker"]))
+    markers = sorted(own["marker"].unique())
     number = own["marker"].map({marker: i for i, marker in enumerate(markers)}).to_numpy(int)
     unknowns = np.zeros((len(own), SLOPES + len(markers)))
     unknowns[:, :SLOPES] = own[["x_m", "y_m"]].to_numpy(float)

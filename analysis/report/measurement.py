@@ -193,7 +193,7 @@ def add_coordinates(page: Page, results: Results) -> None:
         )
         return
     named = [marker for body in ("ground", "host", "nes") for marker in results.markers(body)]
-    present = set(points["marker"])
+    present = set(points["marker"].unique())
     shown = [marker for marker in named if marker in present] or sorted(present)
     section.add_figure(
         "coordinates",

@@ -51,22 +51,31 @@ class Camera:
 
     def project(self, points_m: ArrayLike) -> Array:
         """World points (..., 3) to full-sensor pixels (..., 2); NaN behind the camera."""
-        return self.project_with_jacobian(points_m)[0]
+        x, y, _ = self._plane(points_m)
+        return self._pixels(*_distorted(x, y, self.distortion)[:2])
 
     def project_with_jacobian(self, points_m: ArrayLike) -> tuple[Array, Array]:
         """Pixels (..., 2) and their derivative with respect to the world point (..., 2, 3), px/m."""
-        camera = np.asarray(points_m, float) @ self.rotation.T + self.translation_m
-        z = np.where(camera[..., 2] > 0, camera[..., 2], np.nan)
-        x, y = camera[..., 0] / z, camera[..., 1] / z
+        x, y, z = self._plane(points_m)
         xd, yd, jd = _distort(x, y, self.distortion)
-        focal = self.matrix[:2, :2]
-        uv = np.stack([xd, yd], -1) @ focal.T + self.matrix[:2, 2]
-        for bend in (self.spline, self.field):
-            if bend is not None:  # a thousandth from pixel to pixel: no part of the derivative
-                uv = bend.seen(uv)
         inverse, zero = 1.0 / z, np.zeros_like(z)
         jn = np.stack([np.stack([inverse, zero, -x * inverse], -1), np.stack([zero, inverse, -y * inverse], -1)], -2)
-        return uv, focal @ jd @ jn @ self.rotation
+        # The bends change by a thousandth from pixel to pixel: no part of the derivative.
+        return self._pixels(xd, yd), self.matrix[:2, :2] @ jd @ jn @ self.rotation
+
+    def _plane(self, points_m: ArrayLike) -> tuple[Array, Array, Array]:
+        """World points (..., 3) as x/z, y/z and the depth z [m], each (...); NaN behind the camera."""
+        camera = np.asarray(points_m, float) @ self.rotation.T + self.translation_m
+        z = np.where(camera[..., 2] > 0, camera[..., 2], np.nan)
+        return camera[..., 0] / z, camera[..., 1] / z, z
+
+    def _pixels(self, xd: Array, yd: Array) -> Array:
+        """Full-sensor pixels (..., 2) of distorted image coordinates, each (...)."""
+        uv = np.stack([xd, yd], -1) @ self.matrix[:2, :2].T + self.matrix[:2, 2]
+        for bend in (self.spline, self.field):
+            if bend is not None:
+                uv = bend.seen(uv)
+        return uv
 
     def normalise(self, uv_px: ArrayLike) -> Array:
         """Full-sensor pixels (..., 2) to undistorted image coordinates x/z, y/z (..., 2).
@@ -92,7 +101,7 @@ class Camera:
             guess = guess - step
             if not (np.abs(step) > 1e-14).any():
                 break
-        xd, yd, _ = _distort(guess[..., 0], guess[..., 1], self.distortion)
+        xd, yd, *_ = _distorted(guess[..., 0], guess[..., 1], self.distortion)
         missed = np.hypot(xd - target[..., 0], yd - target[..., 1]) > 1e-9
         return np.where(missed[..., None], np.nan, guess)
 
@@ -111,28 +120,40 @@ class Camera:
         return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
 
 
-def _distort(x: Array, y: Array, distortion: Array) -> tuple[Array, Array, Array]:
-    """OpenCV's radial-tangential model, with its denominator and thin prism where given, and its (..., 2, 2)
-    derivative.
+def _distorted(x: Array, y: Array, distortion: Array) -> tuple[Array, Array, Array, Array | float]:
+    """OpenCV's radial-tangential model, with its denominator and thin prism where given: the image coordinates x and y,
+    the radial factor and its denominator.
     """
     k1, k2, p1, p2, k3 = distortion[:5]
     r2 = x * x + y * y
-    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
+    radial, below = 1 + r2 * (k1 + r2 * (k2 + r2 * k3)), 1.0
     if len(distortion) > 5:
         k4, k5, k6 = distortion[5:8]
         below = 1 + r2 * (k4 + r2 * (k5 + r2 * k6))
         radial = radial / below
-        slope = (slope - radial * 2 * (k4 + r2 * (2 * k5 + 3 * r2 * k6))) / below
     xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
     yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+    if len(distortion) > 8:
+        s1, s2, s3, s4 = distortion[8:12]
+        xd, yd = xd + r2 * (s1 + r2 * s2), yd + r2 * (s3 + r2 * s4)
+    return xd, yd, radial, below
+
+
+def _distort(x: Array, y: Array, distortion: Array) -> tuple[Array, Array, Array]:
+    """:func:`_distorted` x and y, and their (..., 2, 2) derivative."""
+    xd, yd, radial, below = _distorted(x, y, distortion)
+    k1, k2, p1, p2, k3 = distortion[:5]
+    r2 = x * x + y * y
+    slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
+    if len(distortion) > 5:
+        k4, k5, k6 = distortion[5:8]
+        slope = (slope - radial * 2 * (k4 + r2 * (2 * k5 + 3 * r2 * k6))) / below
     dxdx = radial + x * x * slope + 2 * p1 * y + 6 * p2 * x
     dxdy = x * y * slope + 2 * p1 * x + 2 * p2 * y
     dydx = dxdy
     dydy = radial + y * y * slope + 6 * p1 * y + 2 * p2 * x
     if len(distortion) > 8:
         s1, s2, s3, s4 = distortion[8:12]
-        xd, yd = xd + r2 * (s1 + r2 * s2), yd + r2 * (s3 + r2 * s4)
         across, down = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
         dxdx, dxdy, dydx, dydy = dxdx + across * x, dxdy + across * y, dydx + down * x, dydy + down * y
     return xd, yd, np.stack([np.stack([dxdx, dxdy], -1), np.stack([dydx, dydy], -1)], -2)

@@ -86,7 +86,7 @@ def track_notes(tracks: pd.DataFrame, points: pd.DataFrame, recording: Recording
     """What of the tracks gives no motion: markers that no body has, and frames in which no marker has a point."""
     notes = []
     known = {marker for body in recording.bodies.values() for marker in body.markers}
-    if strangers := sorted(set(tracks["marker"]) - known):
+    if strangers := sorted(set(tracks["marker"].unique()) - known):
         named = ", ".join(strangers[:5]) + (f" and {len(strangers) - 5} more" if len(strangers) > 5 else "")
         notes.append(f"tracks of {named} are not used: no [bodies] of recording.toml has such a marker")
     times_s = tracks.groupby("frame")["time_s"].first()

@@ -67,11 +67,13 @@ def conform(frame: pd.DataFrame, table: Table, source: str) -> pd.DataFrame:
                 dtype="Int64" if column.type == "int" else "object",
             )
     result = pd.DataFrame(columns)
-    _check_key(result, table, source)
+    ordered = _in_order(result, table.key)
+    if not ordered:
+        _check_key(result, table, source)
     if table.clock is not None:
         _check_span(result, source)
-        _check_clock(result, table.clock, source)
-    return result.sort_values(list(table.key), kind="stable", ignore_index=True) if table.key else result
+        _check_clock(result, table, ordered, source)
+    return result if ordered else result.sort_values(list(table.key), kind="stable", ignore_index=True)
 
 
 def _typed(values: pd.Series, column: Column, source: str) -> pd.Series:
@@ -185,9 +187,23 @@ def _wrong_type(values: pd.Series, column: Column, source: str) -> InputError:
     )
 
 
+def _in_order(frame: pd.DataFrame, key: tuple[str, ...]) -> bool:
+    """Whether each row's key comes after the one before, as in all that ovines writes: none stands twice, and there is
+    nothing to sort.  False also where it is not seen at once.
+    """
+    after, same = np.zeros((2, max(len(frame) - 1, 0)), dtype=bool)
+    same[:] = True
+    for name in key:
+        values = frame[name]
+        ranks = values.to_numpy() if values.dtype == np.int64 else pd.factorize(values, sort=True)[0]
+        if ranks.min(initial=0) < 0:  # a missing value, or a number below zero
+            return False
+        after |= same & (ranks[1:] > ranks[:-1])
+        same &= ranks[1:] == ranks[:-1]
+    return bool(after.all()) or not key
+
+
 def _check_key(frame: pd.DataFrame, table: Table, source: str) -> None:
-    if not table.key:
-        return
     twice = frame.duplicated(list(table.key)).to_numpy()
     if twice.any():
         row = frame.loc[int(twice.argmax()), list(table.key)]
@@ -213,12 +229,23 @@ def _check_span(frame: pd.DataFrame, source: str) -> None:
     )
 
 
-def _check_clock(frame: pd.DataFrame, group: str, source: str) -> None:
-    """Within a camera (or the table) a frame has one time, and a later frame a later one."""
+def _check_clock(frame: pd.DataFrame, table: Table, ordered: bool, source: str) -> None:
+    """Within a camera (or the table) a frame has one time, and a later frame a later one; ``ordered``: rows stand in
+    the order of the key.
+    """
+    group = table.clock or ""
     if not group and all(np.all(np.diff(frame[name].to_numpy()) > 0) for name in ("frame", "time_s")):
         return  # seen at once where rows are in order
     by = [group] if group else []
-    instants = frame[[*by, "frame", "time_s"]].drop_duplicates().sort_values([*by, "frame"], kind="stable")
+    instants = frame[[*by, "frame", "time_s"]]
+    if ordered and table.key[: len(by) + 1] == (*by, "frame"):  # rows of an instant stand together
+        new = np.ones(len(frame), dtype=bool)
+        new[1:] = (np.diff(instants["frame"].to_numpy()) != 0) | (np.diff(instants["time_s"].to_numpy()) != 0)
+        for name in by:
+            new[1:] |= np.diff(pd.factorize(instants[name])[0]) != 0
+        instants = instants[new]
+    else:
+        instants = instants.drop_duplicates().sort_values([*by, "frame"], kind="stable")
     same = np.ones(max(len(instants) - 1, 0), dtype=bool)
     if group:
         names = instants[group].to_numpy()

@@ -30,8 +30,8 @@ from ovines.documentation.reference_pages import FOLDER, PAGES
 from ovines.documentation.schema_pages import BOARD_KEYS, examples, keys, models_of, sections
 from ovines.recording_schema import RecordingFile
 from ovines.scenario import ScenarioFile
+from tests.sources import PACKAGES, ROOT, trees
 
-ROOT = Path(__file__).resolve().parents[2]
 TEXTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SAMPLE = ROOT / "sample_data" / "series_tilted"
 NUMBER = re.compile(r"\d+\.\d+")  # counts are equal to the digit
@@ -71,12 +71,10 @@ def test_the_picture_of_the_house_is_made_from_its_rows():
 def drawing_functions() -> set[str]:
     """Every public function that gives a matplotlib figure; `Drawing` is what a page takes, drawn or to be drawn."""
     found = set()
-    for path in (path for package in ("analysis", "ovines", "vision") for path in (ROOT / package).rglob("*.py")):
-        text = path.read_text(encoding="utf-8")
-        if "from matplotlib.figure import Figure" not in text:
-            continue
+    drawing = ("from matplotlib.figure import Figure",)
+    for path, tree in (one for package in PACKAGES for one in trees(package, drawing).items()):
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
-        for node in ast.parse(text).body:
+        for node in tree.body:
             if not isinstance(node, ast.FunctionDef) or node.returns is None or node.name.startswith("_"):
                 continue
             given = {ast.unparse(one.annotation) for one in node.args.args if one.annotation is not None}
@@ -96,8 +94,8 @@ def test_the_gallery_shows_every_figure():
     assert set(DRAWN.values()) <= set(shown) and all(f"`{name}`" in page for name in functions)
     named = [
         call.args[3].value
-        for path in sorted((ROOT / "analysis").rglob("*.py"))
-        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for tree in trees("analysis", ("add_figure",)).values()
+        for call in ast.walk(tree)
         if isinstance(call, ast.Call) and getattr(call.func, "attr", "") == "add_figure"
         if len(call.args) > 3 and isinstance(call.args[3], ast.Constant)
     ]

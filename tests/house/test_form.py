@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 
 from tests.conftest import without_further
+from tests.sources import PACKAGES, ROOT, trees
 
-ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("ovines", "vision", "analysis")
 COMPARISONS, TOLERANCES = ("allclose", "assert_allclose", "isclose"), {"rtol", "atol", "rel_tol", "abs_tol"}
 MOST_PARAMETERS = 8
 LEFT_OUT = ("pytest.mark.further", "pytest.mark.long")
-
-
-@cache
-def trees(top: str) -> dict[Path, ast.Module]:
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted((ROOT / top).rglob("*.py"))}
 
 
 def without_tolerance(tree: ast.Module) -> Iterator[int]:
@@ -38,13 +30,13 @@ def parameters(function: ast.FunctionDef) -> int:
 
 def test_every_comparison_states_its_tolerance():
     assert list(without_tolerance(ast.parse("np.allclose(a, b)\nnp.allclose(a, b, rtol=1e-5)"))) == [1]
-    every = [one for top in (*PACKAGES, "tests", "benchmarks") for one in trees(top).items()]
+    every = [one for top in (*PACKAGES, "tests", "benchmarks") for one in trees(top, COMPARISONS).items()]
     assert [f"{path.relative_to(ROOT)}:{line}" for path, tree in every for line in without_tolerance(tree)] == []
 
 
 def test_no_function_takes_many_parameters():
     assert parameters(ast.parse("class A:\n    def f(self, a, b=0, *, c): ...").body[0].body[0]) == 3  # type: ignore
-    functions = [node for top in PACKAGES for tree in trees(top).values() for node in ast.walk(tree)]
+    functions = (node for top in PACKAGES for tree in trees(top).values() for node in ast.walk(tree))
     counts = [(node.name, parameters(node)) for node in functions if isinstance(node, ast.FunctionDef)]
     assert [(name, count) for name, count in counts if count > MOST_PARAMETERS] == []
 
@@ -64,7 +56,7 @@ def test_of_further_cases_the_whole_suite_takes_the_first():
 def test_every_file_of_tests_asks_something_by_default():
     """Further cases stand beside one that the whole suite runs; but for two files of what takes minutes."""
     silent = []
-    for path, tree in trees("tests").items():
+    for path, tree in trees("tests", LEFT_OUT).items():
         asked = [one for one in tree.body if isinstance(one, ast.FunctionDef) and one.name.startswith("test_")]
         if asked and all(any(mark in LEFT_OUT for mark in map(ast.unparse, one.decorator_list)) for one in asked):
             silent.append(path.name)

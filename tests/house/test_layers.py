@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.sources import ROOT, tree_of
+
 # The house from the ground up: a room imports from rows below its own, never from its own row or above.  Files that
 # stand at the top of vision, analysis, ovines, or of a room that holds rooms, count each as a room.
 # docs/architecture.md shows the same list.
@@ -87,7 +88,7 @@ FOUNDATIONS = (
 def imports_of(path: Path) -> set[str]:
     """Every module that a file imports, wherever in the file."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):

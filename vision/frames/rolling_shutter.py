@@ -117,7 +117,8 @@ def _equations(
     """Times, coefficients of the read-out time and residuals [m], the body's pose taken out of both, and of each marker
     on the body what is there in all frames.
     """
-    names = [name for name in markers if name in set(view["marker"])]
+    there = set(view["marker"].unique())
+    names = [name for name in markers if name in there]
     if len(names) < FEWEST_MARKERS:
         return None
     place = layout[[markers.index(name) for name in names]]

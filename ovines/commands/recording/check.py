@@ -240,8 +240,9 @@ def _table(recording: Recording) -> None:
     ):
         print(f"  caution: {warning}")
     if "marker" in table:
-        strange = sorted(set(table["marker"]) - set(recording.markers))
-        unseen = [marker for marker in recording.markers if marker not in set(table["marker"])]
+        there = set(table["marker"].unique())
+        strange = sorted(there - set(recording.markers))
+        unseen = [marker for marker in recording.markers if marker not in there]
         if strange:
             print(f"  markers that recording.toml does not know, left out: {', '.join(strange)}")
         if unseen:

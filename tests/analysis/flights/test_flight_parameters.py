@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.sources import trees
+
 ANALYSIS = Path(__file__).resolve().parents[3] / "analysis"
 
 # The flight model with other tables of parameters, in plain Python: every parameter given by name a value of its own.
@@ -85,8 +87,8 @@ def test_compiled_code_takes_no_parameter_by_number():
     """Neither a parameter nor a field of a record."""
     kernels = [
         (path.name, node)
-        for path in ANALYSIS.rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path, tree in trees("analysis", tuple(COMPILED)).items()
+        for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef)
         and any(isinstance(mark, ast.Name) and mark.id in COMPILED for mark in node.decorator_list)
     ]

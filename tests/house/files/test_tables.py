@@ -124,6 +124,45 @@ def test_wrong_tables_are_refused(case, tmp_path):
     assert not (tmp_path / "new.parquet").exists()
 
 
+def two_cameras_tracks(frames=(0, 1, 2), times_s=(0.0, 0.1, 0.2)):
+    """Two markers in every frame of two cameras, in the order of the key; frames and times are the second camera's."""
+    parts = [
+        pd.concat([tracks(*clock, camera=camera), tracks(*clock, camera=camera, marker="N2")])
+        for camera, clock in (("VW1", ((0, 1, 2), (0.0, 0.1, 0.2))), ("VW2", (frames, times_s)))
+    ]
+    return pd.concat(parts).sort_values(["camera", "frame", "marker"], ignore_index=True)
+
+
+@pytest.mark.parametrize("order", [slice(None, None, -1), [7, 2, 9, 4, 0, 11, 1, 6, 3, 10, 8, 5]], ids=str)
+def test_rows_in_order_are_the_table_that_they_are_in_any_other(order):
+    """What stands in order is neither sorted nor looked through for repetitions."""
+    table = two_cameras_tracks()
+    pd.testing.assert_frame_equal(checked(table, "tracks"), table)
+    pd.testing.assert_frame_equal(checked(table.iloc[order], "tracks"), table)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        (two_cameras_tracks(times_s=(0.0, 0.1, 0.1)), "frame 1 of VW2 at 0.1 s is followed by frame 2, at 0.1 s"),
+        (two_cameras_tracks(times_s=(0.3, 0.2, 0.4)), "frame 0 of VW2 at 0.3 s is followed by frame 1, at 0.2 s"),
+        # The second camera begins with the frame and the time with which the first one ends.
+        (two_cameras_tracks((2, 3, 4), (0.2, 0.1, 0.3)), "frame 2 of VW2 at 0.2 s is followed by frame 3, at 0.1 s"),
+        (
+            two_cameras_tracks().assign(time_s=lambda rows: rows["time_s"] + 0.01 * (rows.index == 9)),
+            "frame 1 of VW2 at 0.1 s has two times, at 0.11 s",
+        ),
+    ],
+)
+@pytest.mark.parametrize("order", [slice(None), slice(None, None, -1)], ids=["in order", "turned round"])
+def test_a_clock_that_does_not_go_forward_is_refused_in_any_order(table, words, order):
+    if "two times" in words and order.step:
+        words = "frame 1 of VW2 at 0.11 s has two times, at 0.1 s"  # which of them stands first
+    with pytest.raises(InputError) as refused:
+        checked(table.iloc[order], "tracks")
+    assert words in str(refused.value)
+
+
 def test_an_undeclared_column_is_not_written(tmp_path):
     with pytest.raises(ValueError, match="undeclared columns colour"):
         write_table(tracks().assign(colour="red"), "tracks", tmp_path / "t.parquet", {})

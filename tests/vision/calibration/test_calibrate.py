@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from ovines.camera import triangulate_points
+from ovines.camera import Camera, triangulate_points
 from ovines.errors import InputError
 from ovines.tables import checked
 from vision.calibrate import calibrate
@@ -68,6 +68,22 @@ def test_lens_derivatives_are_those_of_the_function():
     matrix = np.array([[lens[0], 0, lens[2]], [0, lens[1], lens[3]], [0, 0, 1]])
     theirs = cv2.projectPoints(points, np.zeros(3), np.zeros(3), matrix, lens[4:])[0].reshape(-1, 2)
     assert pinhole(points, lens)[0] == pytest.approx(theirs, abs=1e-9)
+
+
+@pytest.mark.parametrize("terms", [5, 8, 12])
+def test_a_cameras_pixels_are_opencvs_with_derivatives_and_without(terms):
+    lens = np.array([-0.3, 0.1, 1e-3, -2e-3, 0.05, 0.2, -0.1, 0.03, 1e-3, -3e-3, 2e-3, 4e-3])[:terms]
+    matrix = np.array([[900.0, 0, 640], [0, 905, 360], [0, 0, 1]])
+    rotation, shift_m = cv2.Rodrigues(np.array([0.3, -0.2, 0.1]))[0], np.array([0.01, 0.02, 0.9])
+    camera = Camera("C", (1280, 720), matrix, lens, rotation, shift_m)
+    points = np.random.default_rng(1).normal(0, 0.1, (4, 5, 3))
+    pixels, derivative = camera.project_with_jacobian(points)
+    assert np.array_equal(camera.project(points), pixels)
+    theirs = cv2.projectPoints(points.reshape(-1, 3), cv2.Rodrigues(rotation)[0], shift_m, matrix, lens)[0]
+    assert pixels.reshape(-1, 2) == pytest.approx(theirs.reshape(-1, 2), abs=1e-9)
+    for k, step_m in enumerate(1e-6 * np.eye(3)):
+        difference = (camera.project(points + step_m) - camera.project(points - step_m)) / 2e-6
+        assert derivative[..., k] == pytest.approx(difference, rel=1e-5, abs=1e-3)
 
 
 @pytest.mark.others_further
