@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.specifiers import SpecifierSet
 
 import ovines
 
@@ -34,6 +36,20 @@ def test_pins_are_exact_and_in_order():
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()[1:]
     assert all(re.fullmatch(r"[\w.-]+==[\w.]+", line) for line in lines)
     assert lines == sorted(lines, key=str.lower) and len(pins()) == len(lines)
+
+
+def test_pins_are_for_the_first_python_that_the_project_allows():
+    """A package of the documentation had asked for a later patch than Debian 12 has, and nothing could be installed."""
+    first = SpecifierSet(PROJECT["requires-python"])
+    (oldest,) = (f"{one.version}.0" for one in first if one.operator == ">=")
+    installed = {plain(one.name): one for one in metadata.distributions()}
+    asked = {
+        name: installed[name].metadata["Requires-Python"]
+        for name, version in pins().items()
+        if name in installed and installed[name].version == version
+    }
+    assert len(asked) > 20
+    assert {name: one for name, one in asked.items() if one and oldest not in SpecifierSet(one)} == {}
 
 
 def test_the_commands_of_contributing_are_there():
