@@ -10,8 +10,10 @@ from analysis.gap.laws.dictionary.parts import RigScales, pair, plain, scaled
 from ovines.core.laws.terms import Factor, Term
 
 TARGET = "floor_friction"
-# Middles and width of a band of sliding speeds, over the usual speed; speeds at which friction changes at once.
-BANDS, BAND, STEPS = (0.3, 0.6, 1.0, 1.4), 0.15, (0.3, 0.6, 1.0)
+# Middles and widths of a band of sliding speeds, over the usual speed, so near to each other that none lies between
+# them (a narrow one did under a sweep, whose usual speed is that of its end); speeds at which friction changes at once.
+BANDS, STEPS = (0.15, 0.25, 0.35, 0.45, 0.6, 0.75, 0.9, 1.1, 1.3, 1.5), (0.3, 0.6, 1.0)
+BAND_WIDTHS = (0.07, 0.15)
 
 
 def friction_candidates(scales: RigScales) -> list[Candidate]:
@@ -39,6 +41,7 @@ def _bands(scales: RigScales) -> list[Candidate]:
     unit, steps = scales.speed_m_per_s, (0.1 * scales.speed_m_per_s, 0.2)
     below, sizes = ("sliding_speed", "below", 1.0), [share * unit for share in STEPS]
     return scaled("friction below a sliding speed", TARGET, below, sizes) + [
-        Candidate("friction in a band of sliding speeds", band, (share * unit, BAND * unit), steps, (False, True))
+        Candidate("friction in a band of sliding speeds", band, (share * unit, width * unit), steps, (False, True))
         for share in BANDS
+        for width in BAND_WIDTHS
     ]

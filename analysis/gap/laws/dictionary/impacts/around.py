@@ -118,6 +118,12 @@ def swaying(name: str, target: str, known: Array) -> list[Candidate]:
     return [Candidate(f"{name} that sways", sways, (rate,), (CREEP_STEP / (rate * run_s),), (True,)) for rate in rates]
 
 
+def meshing(name: str, target: str) -> Candidate:
+    """What differs around the wall and around the disk at once: two wheels that run out."""
+    pairs = [(one, other) for one in waves("azimuth") for other in waves("body_angle")]
+    return plain(f"{name} with the azimuth and the body_angle", *(Term(target, 1.0, one) for one in pairs))
+
+
 def in_step(name: str, target: str, order: float = 1.0, cycles: float = 1.0) -> Candidate:
     """What differs around the wall and with the drive: a side that gives way in step, a wave that goes round."""
     pairs = [(one, other) for one in waves("azimuth", order) for other in waves("phase", cycles)]

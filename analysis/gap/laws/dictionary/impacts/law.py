@@ -14,6 +14,7 @@ from analysis.gap.laws.dictionary.impacts.around import (
     around_everything,
     creeping,
     in_step,
+    meshing,
     swaying,
 )
 from analysis.gap.laws.dictionary.impacts.memory import (
@@ -109,6 +110,7 @@ def law_candidates(known: Array) -> list[Candidate]:
                 terms = (Term(target, 1.0, (factor, wave)) for wave in waves(quantity))
                 out.append(plain(f"{WORDS[target]} with {name} and the {quantity}", *terms))
         out += [in_step(WORDS[target], target, *orders) for orders in IN_STEP]
+        out.append(meshing(WORDS[target], target))
         for quantity in ("host_acceleration_along", "host_velocity_along"):
             terms = (Term(target, 1.0, (way,)) for way in ways(quantity))
             out.append(plain(f"{WORDS[target]} with {quantity.replace('_', ' ')}", *terms))
@@ -214,6 +216,12 @@ def _scaled(target: str, known: Array) -> list[Candidate]:
         ("the number of blows before, at once", W.BLOWS, ("blows", "below", 1.0), CHANGES),
         ("the slip, at once", W.SLIP, ("slip", "within", 1.0), STEPS),
         ("the spin, at once", W.SPIN, ("spin", "within", 1.0), STEPS),
+        (
+            "the approach speed of the contact before, up to an end",
+            W.LAST_APPROACH,
+            ("last_approach", "rational", 2.0),
+            SCALES,
+        ),
         ("the slip of the contact before, ending", W.LAST_SLIP, ("last_slip", "decay", 1.0), SCALES[1:]),
         ("the slip, ending", W.SLIP, ("slip", "decay", 1.0), SCALES[1:]),
         ("the slip, bent", W.SLIP, ("slip", "tanh", 1.0), SCALES[1:]),
