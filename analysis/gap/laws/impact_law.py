@@ -51,8 +51,9 @@ CHOSEN_AGAIN = 3
 #: what acts on each coordinate of an impact
 ACTS_ON = {
     "normal": ("restitution",),
-    "tangential": ("wall_friction", "tangential_restitution", "contact_normal"),
-    "spin": ("spin_kept", "spin_added"),
+    "tangential": ("wall_friction", "tangential_restitution"),
+    # A blow that is turned moves the disk along the wall without a torque: it is the spin that lacks.
+    "spin": ("spin_kept", "spin_added", "contact_normal"),
 }
 
 
