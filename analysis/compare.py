@@ -19,6 +19,7 @@ from analysis.comparison.laws_at_impacts import LawsAtImpacts, laws_at_impacts
 from analysis.comparison.run_statistics import run_statistics
 from analysis.comparison.simulated_rig import host_motion_of, met, nominal_scenario, states_after
 from analysis.contact.effect_rows import CONTACT_TIME
+from analysis.contact.held_laws import met_turn
 from analysis.contact.tangential.lasting import LastingContact, stiffness_of
 from analysis.walls.drawn import identified_wall
 from ovines.core import Scenario
@@ -98,7 +99,8 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpa
             "spin_before_rad_per_s",
         )
     )
-    turn_rad, passing = more.get("contact_normal", np.zeros(len(v_n))), v_t - nes.radius_m * spin
+    passing = v_t - nes.radius_m * spin
+    turn_rad = met_turn(more.get("contact_normal", np.zeros(len(v_n))), v_n, passing)
     v_n, v_t = v_n + _turned(turn_rad, v_n, passing), v_t + _turned(turn_rad, passing, -v_n)
     with np.errstate(divide="ignore", invalid="ignore"):
         sliding = -1 + friction * (1 + restitution) * (1 + 1 / nes.inertia_factor) * np.abs(v_n) / np.abs(v_t)
@@ -118,7 +120,8 @@ def one_impact_ahead(impacts: pd.DataFrame, scenario: Scenario, laws: LawsAtImpa
         ]
     ].copy()
     left, passing = restitution * v_n, tangential - nes.radius_m * after
-    out["simulated_normal_speed_after_m_per_s"] = left + _turned(turn_rad, left, passing)
+    # A blow that is turned into the wall does not go through it.
+    out["simulated_normal_speed_after_m_per_s"] = np.maximum(left + _turned(turn_rad, left, passing), 0.0)
     along = tangential + _turned(turn_rad, passing, -left)
     out["simulated_tangential_speed_after_m_per_s"] = along + nes.radius_m * turned
     out["simulated_spin_after_rad_per_s"] = after + turned

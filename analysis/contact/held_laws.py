@@ -51,6 +51,7 @@ def without_laws(data: LawData, junctions: Junctions, fits: Sequence[FlightFits]
 def along_normals(data: LawData, passing_m_per_s: Array, turn_rad: Array) -> LawData:
     """``data`` as seen along normals that blows are turned to, by ``turn_rad`` (K,) counterclockwise from the wall's;
     ``passing_m_per_s`` (K,): speed of the disk's centre along the wall before."""
+    turn_rad = met_turn(turn_rad, data.before, passing_m_per_s)
     if not turn_rad.any():
         return data
     c, s = np.cos(turn_rad), np.sin(turn_rad)
@@ -68,6 +69,13 @@ def along_normals(data: LawData, passing_m_per_s: Array, turn_rad: Array) -> Law
         tangential_impulse=data.tangential_impulse + pushed,
         angular=data.angular - pushed,
     )
+
+
+def met_turn(turn_rad: Array, approach_m_per_s: Array, passing_m_per_s: Array) -> Array:
+    """``turn_rad`` (K,) of blows, none where a disk of these speeds towards the wall and along it (K,) does not come
+    into the turned one: the simulator's rule."""
+    comes = np.cos(turn_rad) * approach_m_per_s + np.sin(turn_rad) * passing_m_per_s > 0.0
+    return np.where(comes, turn_rad, 0.0)
 
 
 def without_along(data: LawData, wall_friction: Array, tangential_restitution: Array) -> LawData:

@@ -110,11 +110,12 @@ def _carry(
     one: Junctions, run: Run, fits: FlightFits, learnt: _Learnt, added: Mapping[str, float]
 ) -> tuple[NDArray[np.int64], Array] | None:
     law, impact = learnt.law, measure(one, learnt.wall)
-    if float(impact.of("normal_before")[0]) < SLOWEST_APPROACH_M_PER_S:
+    approach, gap_m, azimuth = float(impact.of("normal_before")[0]), float(impact.of("gap")[0]), impact.azimuth_rad
+    if approach < SLOWEST_APPROACH_M_PER_S:
         return None
-    azimuth, gap_m = impact.azimuth_rad, float(impact.of("gap")[0])
     if added["contact_normal"] != 0.0:
-        impact = measure(replace(one, lean_rad=one.lean_rad + added["contact_normal"]), learnt.wall)
+        turned = measure(replace(one, lean_rad=one.lean_rad + added["contact_normal"]), learnt.wall)
+        impact = turned if float(turned.of("normal_before")[0]) > 0.0 else impact
     before, slip = float(impact.of("normal_before")[0]), float(impact.of("tangential_before")[0])
     here = Conditions(np.array([before]), azimuth, one.time_s - run.data.start_s, one.run.astype(float))
     after = (float(learnt.restitution.at(here)[0]) + added["restitution"]) * before
@@ -133,7 +134,7 @@ def _carry(
     et = np.array([-er[1], er[0]])
     start = one.state[0, :6].copy()
     # The path reaches the predicted wall a little before or after the place where the flights really met.
-    late = (learnt.late_s * before - gap_m) / before
+    late = (learnt.late_s * approach - gap_m) / approach
     late = float(np.clip(late, -3e-3, 3e-3))
     start[:2] += start[3:5] * late
     start[2] += start[5] * late

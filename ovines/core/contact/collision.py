@@ -27,12 +27,22 @@ RESTITUTION, WALL_FRICTION, TANGENTIAL_RESTITUTION, SPIN_KEPT, SPIN_ADDED, CONTA
 REST_HEIGHT = 1e-13  # of the contact radius: a bounce lower than this ends a chatter
 
 
+class BlowLaw(NamedTuple):
+    """The contact law's numbers at one impact, whatever laws add to them."""
+
+    restitution: float
+    friction: float
+    tangential_restitution: float
+
+
 class Spring(NamedTuple):
-    """A contact of finite duration: stiffness (N/m) and damping (N s/m) along the normal, stiffness along the wall."""
+    """A contact of finite duration: stiffness (N/m) and damping (N s/m) along the normal, stiffness along the wall, and
+    the wall's friction coefficient."""
 
     stiffness: float
     damping: float
     tangential_stiffness: float
+    friction: float
 
 
 @compiled
@@ -83,16 +93,14 @@ def resolve(
         push(at, face, -normal / k_nn, 0.0, p, k, y)
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
     azimuth = math.atan2(at[S.Y] - at[S.HOST_Y] + p[P.RADIUS] * face.y, at[S.X] - at[S.HOST_X] + p[P.RADIUS] * face.x)
-    restitution, blow = effective_restitution(normal, azimuth, t, p), face
-    friction, reversal, kept, added = p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION], 1.0, 0.0
+    law = BlowLaw(effective_restitution(normal, azimuth, t, p), p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION])
+    blow, kept, added = face, 1.0, 0.0
     known = work[P.SPARE]  # replaced where a law asks
     if system.law.shape[0] > 0:
         wall_speed, passing = wall_and_centre(face, at)
         known = contact_known(t, y, at, scratch, (azimuth, normal, tangential, wall_speed, passing), p, k)
         known[W.AT_CYLINDER] = 1.0 if wall == P.OBSTACLE else 0.0
-        restitution = min(max(restitution + law_of(RESTITUTION, system.law, known), 0.0), 1.0)
-        friction = max(friction + law_of(WALL_FRICTION, system.law, known), 0.0)
-        reversal = min(max(reversal + law_of(TANGENTIAL_RESTITUTION, system.law, known), -1.0), 1.0)
+        law = with_written(law, system.law, known)
         blow = turned(face, law_of(CONTACT_NORMAL, system.law, known), y[S.SPIN], at, p)
     record[P.TIME], record[P.AZIMUTH], record[P.WALL] = t, azimuth, wall
     record[P.NORMAL] = math.atan2(face.y, face.x)
@@ -100,13 +108,13 @@ def resolve(
     duration = 0.0
     lost, along, worked = y[P.LOST_NORMAL], y[P.LOST_TANGENT], y[P.WORK]
     if p[P.CONTACT_DURATION] > 0.0:
-        duration, stuck = press(t, y, wall, restitution, k_nn, k_tt, system, work)
+        duration, stuck = press(t, y, wall, law, k_nn, k_tt, system, work)
         place(t + duration, y, system, scratch, at)
         face = normal_here(wall, at, p, k, polygon)
         onto_wall(y, at, wall, p, k, polygon)
         after_n, after_t = contact_velocity(face, y[S.SPIN], at, p)
     else:
-        after_n, after_t, stuck = strike(y, at, blow, (restitution, friction, reversal), p, k)
+        after_n, after_t, stuck = strike(y, at, blow, law, p, k)
         if blow.x != face.x or blow.y != face.y:
             place(t, y, system, scratch, at)
             after_n, after_t = contact_velocity(face, y[S.SPIN], at, p)
@@ -140,6 +148,16 @@ def resolve(
 
 
 @compiled
+def with_written(law: BlowLaw, rows: Floats, known: Floats) -> BlowLaw:
+    """``law`` with what written laws of packed ``rows`` add to its numbers, each within its bounds."""
+    return BlowLaw(
+        min(max(law.restitution + law_of(RESTITUTION, rows, known), 0.0), 1.0),
+        max(law.friction + law_of(WALL_FRICTION, rows, known), 0.0),
+        min(max(law.tangential_restitution + law_of(TANGENTIAL_RESTITUTION, rows, known), -1.0), 1.0),
+    )
+
+
+@compiled
 def turned(face: Face, angle: float, spin: float, at: Floats, p: Floats) -> Face:
     """The wall whose normal is turned by ``angle`` (rad, counterclockwise); itself where the disk of this ``spin``
     (rad/s) would not come into the turned one."""
@@ -149,15 +167,14 @@ def turned(face: Face, angle: float, spin: float, at: Floats, p: Floats) -> Face
 
 
 @compiled
-def strike(
-    y: Floats, at: Floats, face: Face, law: tuple[float, float, float], p: Floats, k: Ints
-) -> tuple[float, float, bool]:
-    """An impact in an instant, in place, by the numbers of the ``law`` (restitution, wall friction, tangential
-    restitution); the contact point's velocity after it along ``face``'s normal and tangent, and whether it stuck."""
+def strike(y: Floats, at: Floats, face: Face, law: BlowLaw, p: Floats, k: Ints) -> tuple[float, float, bool]:
+    """An impact in an instant, in place; the contact point's velocity after it along ``face``'s normal and tangent, and
+    whether it stuck."""
     k_nn, k_nt, k_tt = inverse_mass(face, at, p)
     normal, tangential = contact_velocity(face, y[S.SPIN], at, p)
-    restitution, friction, reversal = law
-    p_n, p_t, stuck = impulses(normal, tangential, k_nn, k_nt, k_tt, restitution, friction, reversal)
+    p_n, p_t, stuck = impulses(
+        normal, tangential, k_nn, k_nt, k_tt, law.restitution, law.friction, law.tangential_restitution
+    )
     push(at, face, p_n, p_t, p, k, y)
     after_n = normal + k_nn * p_n + k_nt * p_t
     after_t = tangential + k_nt * p_n + k_tt * p_t
@@ -172,7 +189,7 @@ def press(
     t: float,
     y: Floats,
     wall: int,
-    restitution: float,
+    law: BlowLaw,
     k_nn: float,
     k_tt: float,
     system: System,
@@ -180,19 +197,19 @@ def press(
 ) -> tuple[float, bool]:
     """Kelvin-Voigt contact of finite duration, integrated in place: (time taken, whether it never slid).
 
-    Spring and damper are those of a half period T with the given restitution (d = -ln(eps)/T); the tangential
+    Spring and damper are those of a half period T with the ``law``'s restitution (d = -ln(eps)/T); the tangential
     spring would give beta_0 (cos(w s) = -beta_0) at the time s after which the damper pulls instead of pushing, and
     is cut at the Coulomb limit.  Ends when the disk leaves the wall.
     """
     p, k, polygon = system.p, system.k, system.polygon
     span = p[P.CONTACT_DURATION]
-    rate = -math.log(max(restitution, 1e-6)) / span
+    rate = -math.log(max(law.restitution, 1e-6)) / span
     stiffness = ((math.pi / span) ** 2 + rate * rate) / k_nn
     damping = 2.0 * rate / k_nn
     omega = math.pi / span
     pushing = (math.pi - math.atan2(2.0 * rate * omega, omega * omega - rate * rate)) / omega
-    tangential_stiffness = (math.acos(-p[P.TANGENTIAL_RESTITUTION]) / pushing) ** 2 / k_tt
-    spring = Spring(stiffness, damping, tangential_stiffness)
+    tangential_stiffness = (math.acos(-law.tangential_restitution) / pushing) ** 2 / k_tt
+    spring = Spring(stiffness, damping, tangential_stiffness, law.friction)
     n = k[P.STATE_SIZE]
     h = span / 250.0
     stretch, stuck, passed = 0.0, True, 0.0
@@ -224,7 +241,7 @@ def press(
         place(t + passed, y, system, scratch, at)
         face = normal_here(wall, at, p, k, polygon)
         normal = contact_velocity(face, y[S.SPIN], at, p)[0]
-        limit = p[P.WALL_FRICTION] * max(-stiffness * face.gap + damping * normal, 0.0) / tangential_stiffness
+        limit = law.friction * max(-stiffness * face.gap + damping * normal, 0.0) / tangential_stiffness
         if abs(stretch) > limit:
             stretch = math.copysign(limit, stretch)
             if face.gap < 0.0:
@@ -248,7 +265,7 @@ def press_slopes(
     face = normal_here(wall, at, p, k, polygon)
     normal, slip = contact_velocity(face, y[S.SPIN], at, p)
     squeeze = -spring.stiffness * face.gap + spring.damping * normal
-    limit = p[P.WALL_FRICTION] * max(squeeze, 0.0)
+    limit = spring.friction * max(squeeze, 0.0)
     force_t = -min(max(spring.tangential_stiffness * stretch, -limit), limit)
     push(at, face, -squeeze, force_t, p, k, dy)
     if k[P.STATE_SIZE] > 6:

@@ -26,12 +26,15 @@ LEAST_ORDER, MOST_ORDER, LEAST_WAVE, SAMPLES = 2, 36, 1e-4, 4096
 
 def with_laws(packed: Packed, laws: Sequence[WrittenLaw]) -> Packed:
     """``packed`` with the terms of ``laws``; refuses a wall's law that follows more than the azimuth, a law in step
-    with a drive that has no frequency, and one of the measurement."""
+    with a drive that has no frequency, one that turns blows of contacts that last, and one of the measurement."""
     for law in laws:
         found = "a law of the measurement, and a simulation, which has no cameras"
         use = "use it with ovines diagnose --law, or in [model] of recording.toml"
         require(law.stage != "measurement", found, "laws of flights, impacts and the wall", use)
     terms = [term for law in laws for term in law.terms]
+    turns = any(term.target == "contact_normal" for term in terms) and packed.p[P.CONTACT_DURATION] > 0.0
+    found = "a law that turns blows, and contacts that last (effects.finite_contact_time)"
+    require(not turns, found, "impacts in an instant where blows are turned", "leave one of them out")
     for term in terms:
         if term.target == "contact_radius":
             packed = _with_radius(packed, term)

@@ -79,6 +79,27 @@ def test_a_comparison_simulates_the_stated_laws(tmp_path):
         assert np.nanmax(np.abs(plain.impacts[f"simulated_{name}"] - plain.impacts[name])) > 1e-3
 
 
+@pytest.mark.parametrize("turn_rad", [0.3, -0.3])
+def test_blows_that_are_turned_far_are_compared_as_they_are_simulated(tmp_path, turn_rad):
+    """Also where the disk does not come into the turned wall, and where the blow is turned into the wall."""
+    law = WrittenLaw((Term("contact_normal", turn_rad),))
+    result = simulate(replace(SCENARIO, laws=(law,)))
+    impacts = impact_table(result).assign(normal_rad=result.impacts["normal_rad"])
+    measured = impacts[[name for name in TABLES["impacts"].names if name in impacts]]
+    contacts = [tuple(span) for span in result.contacts]
+    found = compare(motion_table(result), measured, identified(), recording(tmp_path, (law,)),
+                    np.random.default_rng(0), 0, contacts)  # fmt: skip
+    assert len(found.impacts) >= 3
+    for name in ("normal_speed_after_m_per_s", "tangential_speed_after_m_per_s", "spin_after_rad_per_s"):
+        np.testing.assert_allclose(found.impacts[f"simulated_{name}"], found.impacts[name], rtol=0, atol=1e-9)
+    normal, slip, spin = (
+        measured[f"{name}_before_{unit}"].to_numpy()
+        for name, unit in (("normal_speed", "m_per_s"), ("tangential_speed", "m_per_s"), ("spin", "rad_per_s"))
+    )
+    comes = np.cos(turn_rad) * normal + np.sin(turn_rad) * (slip - SCENARIO.nes.radius_m * spin)
+    assert np.any(np.abs(measured["normal_speed_after_m_per_s"]) < 1e-9) and np.any(comes <= 0) == (turn_rad > 0)
+
+
 @pytest.fixture(scope="module")
 def swirl(tmp_path_factory):
     """Two runs in which the disk is swirled about, the law that does it, and the plant."""

@@ -575,8 +575,23 @@ def test_a_blow_that_is_turned_takes_no_energy_and_stays_inside():
     assert np.ptp(speed) < 1e-9
 
 
+@pytest.mark.parametrize("target", ["restitution", "wall_friction", "tangential_restitution"])
+def test_contacts_that_last_follow_what_laws_add(target):
+    """A constant that a law adds is that number of the contact law: the same motion to the last digit."""
+    lasting = replace(RIG, effects={"finite_contact_time": {"duration_s": 2e-4}})
+    added = simulate(replace(lasting, laws=(WrittenLaw((Term(target, -0.05),)),))).motion["nes_x_m"]
+    number = getattr(lasting.impact, target) - 0.05
+    stated = simulate(replace(lasting, impact=replace(lasting.impact, **{target: number}))).motion["nes_x_m"]
+    np.testing.assert_allclose(added, stated, rtol=0, atol=1e-9)
+    assert np.abs(simulate(lasting).motion["nes_x_m"] - stated).max() > 1e-5
+
+
 def test_the_simulator_refuses_what_it_cannot_hold():
-    """A wall that follows the spin; a law in step with a drive that has no frequency."""
+    """A wall that follows the spin; a law in step with a drive that has no frequency; turned blows of contacts that
+    last."""
+    turns = WrittenLaw((Term("contact_normal", 0.05),))
+    with pytest.raises(ScenarioError, match="contacts that last"):
+        simulate(replace(RIG, laws=(turns,), effects={"finite_contact_time": {"duration_s": 2e-4}}))
     wall = WrittenLaw((Term("contact_radius", 1e-4, (Factor("spin"),)),))
     with pytest.raises(ScenarioError, match="follows more than the azimuth"):
         simulate(replace(RIG, laws=(wall,)))
