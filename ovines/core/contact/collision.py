@@ -94,7 +94,7 @@ def resolve(
         return (P.SLIDE if pull > 0.0 else P.FLIGHT), 0.0, False
     azimuth = math.atan2(at[S.Y] - at[S.HOST_Y] + p[P.RADIUS] * face.y, at[S.X] - at[S.HOST_X] + p[P.RADIUS] * face.x)
     law = BlowLaw(effective_restitution(normal, azimuth, t, p), p[P.WALL_FRICTION], p[P.TANGENTIAL_RESTITUTION])
-    blow, kept, added = face, 1.0, 0.0
+    blow = face
     known = work[P.SPARE]  # replaced where a law asks
     if system.law.shape[0] > 0:
         wall_speed, passing = wall_and_centre(face, at)
@@ -117,21 +117,8 @@ def resolve(
         after_n, after_t, stuck = strike(y, at, blow, law, p, k)
         if blow.x != face.x or blow.y != face.y:
             place(t, y, system, scratch, at)
-            after_n, after_t = contact_velocity(face, y[S.SPIN], at, p)
-            if after_n > 0.0:  # a blow that is turned into the wall does not go through it
-                push(at, face, -after_n / k_nn, 0.0, p, k, y)
-                if k[P.STATE_SIZE] > 6:
-                    y[P.LOST_NORMAL] += 0.5 * after_n * after_n / k_nn
-                after_n = 0.0
-    if system.law.shape[0] > 0:
-        known[W.SPIN_LEFT] = y[S.SPIN]
-        kept += law_of(SPIN_KEPT, system.law, known)
-        added += law_of(SPIN_ADDED, system.law, known)
-    if kept != 1.0 or added != 0.0:  # taken out of the contact: the speeds after it are those that the disk leaves with
-        spin = kept * y[S.SPIN] + added
-        if k[P.STATE_SIZE] > 6:
-            y[P.LOST_TANGENT] += 0.5 * p[P.INERTIA] * (y[S.SPIN] * y[S.SPIN] - spin * spin)
-        y[S.SPIN] = spin
+            after_n, after_t = off_the_wall(y, at, face, p, k)
+    if system.law.shape[0] > 0 and spun_by(system.law, known, y, p, k):
         place(t + duration, y, system, scratch, at)
         after_n, after_t = contact_velocity(face, y[S.SPIN], at, p)
     record[P.NORMAL_AFTER], record[P.TANGENTIAL_AFTER], record[P.SPIN_AFTER] = after_n, after_t, y[S.SPIN]
@@ -182,6 +169,34 @@ def strike(y: Floats, at: Floats, face: Face, law: BlowLaw, p: Floats, k: Ints) 
         y[P.LOST_NORMAL] -= 0.5 * p_n * (normal + after_n)
         y[P.LOST_TANGENT] -= 0.5 * p_t * (tangential + after_t)
     return after_n, after_t, stuck
+
+
+@compiled
+def off_the_wall(y: Floats, at: Floats, face: Face, p: Floats, k: Ints) -> tuple[float, float]:
+    """The contact point's velocity along ``face``'s normal and tangent after a blow that was turned; where that was
+    into the wall it does not go through it."""
+    normal, tangential = contact_velocity(face, y[S.SPIN], at, p)
+    if normal <= 0.0:
+        return normal, tangential
+    k_nn = inverse_mass(face, at, p)[0]
+    push(at, face, -normal / k_nn, 0.0, p, k, y)
+    if k[P.STATE_SIZE] > 6:
+        y[P.LOST_NORMAL] += 0.5 * normal * normal / k_nn
+    return 0.0, tangential
+
+
+@compiled
+def spun_by(rows: Floats, known: Floats, y: Floats, p: Floats, k: Ints) -> bool:
+    """The spin that written laws of packed ``rows`` leave of that after a contact, in place; whether they change it.
+
+    Taken out of the contact: the speeds after it are those that the disk leaves with."""
+    known[W.SPIN_LEFT] = y[S.SPIN]
+    spin = (1.0 + law_of(SPIN_KEPT, rows, known)) * y[S.SPIN] + law_of(SPIN_ADDED, rows, known)
+    changed: bool = spin != y[S.SPIN]
+    if k[P.STATE_SIZE] > 6:
+        y[P.LOST_TANGENT] += 0.5 * p[P.INERTIA] * (y[S.SPIN] * y[S.SPIN] - spin * spin)
+    y[S.SPIN] = spin
+    return changed
 
 
 @compiled
