@@ -16,7 +16,7 @@ from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.laws.flight_law import find_flight_law
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.asked import measurement_laws, seen_disk_law
+from analysis.gap.laws.frames.asked import measurement_laws, seen_disk_law, seen_host_law
 from analysis.gap.laws.impact_law import (
     ACTS_ON,
     find_impact_law,
@@ -54,6 +54,8 @@ def write_laws(
     A law comes on top of what the named effects explain, and is asked of the same runs; one of the measurement is taken
     out first, and everything asked again."""
     measured, ladder = measurement_laws(ladder, rng, withheld)
+    host, ladder = seen_host_law(ladder, rng, withheld)
+    measured = (*measured, *host)
     seen, ladder = seen_disk_law(ladder, rng, withheld)
     if seen:  # nothing else is left
         return (*measured, *seen), ladder

@@ -7,9 +7,9 @@ import math
 from ovines.core.laws.targets import (
     BOARDS,
     DIRECTED,
+    HOST_PLACE,
     MARKER_NEIGHBOUR,
     MARKER_WAY,
-    NES_CARD,
     NES_PLACE,
     TARGETS,
 )
@@ -52,6 +52,7 @@ CHANGES = {
     "clock_delay": (r"\Delta\tau", "delay of all cameras +="),
     "nes_place": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
     "nes_place_outwards": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
+    "host_place": (r"\Delta\vec x_{\mathrm{Host}}", "place where the Host is seen +="),
     "nes_card": (r"\Delta\vec s_{\mathrm{NES}}", "place of all markers of the NES +="),
     "nes_card_turn": (r"\Delta\psi_{\mathrm{NES}}", "turn of all markers of the NES +="),
     "marker_way": (r"\Delta\vec x_m", "place of every marker +="),
@@ -80,6 +81,7 @@ WAYS = dict(zip(BOARDS, ("place_along", "distance^2 * place_from"), strict=True)
 #: ... and a direction
 DIRECTIONS = {
     "nes_place": "direction",
+    HOST_PLACE: "direction",
     "nes_card": "body_direction",
     MARKER_WAY: "own_way",
     MARKER_NEIGHBOUR: "step",
@@ -133,7 +135,7 @@ def _sides(law: WrittenLaw) -> list[tuple[tuple[str, str], list[Term]]]:
 
 def _has_direction(term: Term) -> bool:
     """Whether a term's own direction, or way, stands behind its factors."""
-    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, NES_CARD[0], MARKER_WAY, MARKER_NEIGHBOUR, *WAYS)
+    return _changed(term) == FLIGHT or term.target in (*NES_PLACE, *DIRECTIONS, *WAYS)
 
 
 def _changed(term: Term) -> tuple[str, str]:

@@ -148,6 +148,10 @@ TARGETS: dict[str, Target] = {
                 "stays behind",
             ),
             (
+                "host_place", "m", r"\vec e_{\varphi}", "angle", "measurement",
+                "the place where the Host is seen, along a direction in the room",
+            ),
+            (
                 "marker_neighbour", "1", r"\vec s", "time", "measurement",
                 "the place of every marker of Host and NES, by a share of its step to where it is some time later or "
                 "was before: tracks that were smoothed",
@@ -166,8 +170,12 @@ NES_PICTURE = ("nes_picture_u", "nes_picture_v")
 #: targets of the place where the NES is seen, and of the markers' card on it
 NES_PLACE = ("nes_place", "nes_place_outwards")
 NES_CARD = ("nes_card", "nes_card_turn")
+#: target of the place where the Host is seen
+HOST_PLACE = "host_place"
 #: every marker along its own way, and a share of every marker's way from where it is to where it is some time later or
 #: was before
 MARKER_WAY, MARKER_NEIGHBOUR = "marker_way", "marker_neighbour"
+#: how much later than they say all cameras see
+CLOCK = "clock_delay"
 #: what boards made of the world that all cameras were calibrated in
 BOARDS = ("board_stretch", "board_bow")

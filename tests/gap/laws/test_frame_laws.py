@@ -281,7 +281,7 @@ def searches(monkeypatch):
         monkeypatch.setattr(of_measurement, "find_disk_picture_laws", lambda series, rng: list(picture))
         monkeypatch.setattr(of_measurement, "find_clock_law", lambda series, rng: clock or (None, series))
         monkeypatch.setattr(of_measurement, "typical_misfit", lambda series: misfits.get(series, 1.17))
-        monkeypatch.setattr(of_measurement, "_card_law", lambda series, ladder, rng, withheld: (None, ladder))
+        monkeypatch.setattr(of_measurement, "_card_law", lambda now, rng, withheld: now)
         monkeypatch.setattr(
             of_measurement, "run_ladder", lambda series, rng, withheld: asked(misfits[series], measured=series)
         )
@@ -349,28 +349,36 @@ def test_places_hold_something_of_others_where_less_is_left_without_it(
         structure = tuple(SimpleNamespace(stage=stage, is_taken_out=False) for stage in left)
         return replace(one, causes=tuple(SimpleNamespace(effect=name) for name in named), structure=structure)
 
-    law = SimpleNamespace(size=size_m, halves=Halves(halves, (0.1, 0.1)), law=None)
+    law = SimpleNamespace(
+        size=size_m,
+        halves=Halves(halves, (0.1, 0.1)),
+        law=SimpleNamespace(terms=(Term("marker_neighbour", 0.1, x=-1e-3),)),
+        p=0.01,
+        before=np.ones(1),
+        after=np.zeros(1),
+    )
     first = ladder(*before, misfits[0], SimpleNamespace(contact_radius_m=0.04))
     again = ladder(*after, misfits[1], "sharp")
     searches({})
     monkeypatch.setattr(of_measurement, "find_blow_law", lambda series, rng: law)
     monkeypatch.setattr(of_measurement, "without_frame_laws", lambda series, laws: "sharp")
     monkeypatch.setattr(of_measurement, "run_ladder", lambda series, rng, withheld: again)
-    found = of_measurement._blow_law(first, np.random.default_rng(0), frozenset())
-    assert found == ((law, again) if taken_out else (None, first))
+    now = of_measurement._Now((), first.measured, first, first)
+    found = of_measurement._blow_law(now, np.random.default_rng(0), frozenset())
+    assert (found.laws, found.ladder) == (((law,), again) if taken_out else ((), first))
 
 
 def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, monkeypatch):
     """And what was reported of the measurement stays reported beside it."""
     law, card, before, asked_of = a_law(), a_law(), asked(1.17), []
+    moves = SimpleNamespace(stage="measurement", strength=9)
     searches({"corrected": 1.1}, ((law,), "corrected"))
 
-    def of_card(series, ladder, rng, withheld):
-        asked_of.append(series)
-        return card, asked(1.05, "flight", "without the card, too")
+    def of_card(now, rng, withheld):
+        asked_of.append(now.series)
+        return now.with_laws([card], asked(1.05, "flight", "without the card, too"), [moves])
 
     monkeypatch.setattr(of_measurement, "_card_law", of_card)
-    monkeypatch.setattr(of_measurement, "_card_structure", lambda law: SimpleNamespace(stage="measurement", strength=9))
     found, after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
     assert found == (law, card) and asked_of == ["corrected"]
     assert [one.stage for one in after.structure] == ["measurement", "measurement", "flight"]

@@ -42,3 +42,17 @@ def middle_misfit(fits: Sequence[FlightFits]) -> float:
     """What the middle flight leaves per freedom in the frames' stated sds; 0 without any."""
     ratio = np.concatenate([fit.misfit[fit.freedom > 0] / fit.freedom[fit.freedom > 0] for fit in fits])
     return float(np.median(ratio)) if len(ratio) else 0.0
+
+
+def fall_of_misfit(before: Sequence[FlightFits], after: Sequence[FlightFits]) -> float:
+    """By how much -2 log L of the flights falls from a series measured one way to the same measured another, each
+    flight's noise unknown: one that nothing fits weighs no more than the others."""
+    (sum_before, count_before), (sum_after, count) = (_log_misfit(fits) for fits in (before, after))
+    return count * (sum_before / max(count_before, 1) - sum_after / max(count, 1))
+
+
+def _log_misfit(fits: Sequence[FlightFits]) -> tuple[float, int]:
+    """Sum over flights of freedoms times the logarithm of what is left per freedom, and all freedoms."""
+    freedom, misfit = (np.concatenate([getattr(fit, name) for fit in fits]) for name in ("freedom", "misfit"))
+    told = (freedom > 0) & (misfit > 0)
+    return float(np.sum(freedom[told] * np.log(misfit[told] / freedom[told]))), int(freedom[told].sum())

@@ -3,7 +3,7 @@ corrected."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -15,6 +15,7 @@ from analysis.gap.laws.frames.bodies.card import without_card
 from analysis.gap.laws.frames.bodies.markers import BODIES, without_markers
 from analysis.gap.laws.frames.bodies.own_way import without_way
 from analysis.gap.laws.frames.bodies.seen_disk import without_seen_disk
+from analysis.gap.laws.frames.bodies.seen_host import without_seen_host
 from analysis.gap.laws.frames.bodies.sharpened import without_neighbours
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import key_of, size_of
@@ -22,7 +23,16 @@ from analysis.gap.series import Series, with_times, with_tracks
 from ovines.camera import Camera, midpoints
 from ovines.camera.bends import BENDS, bend_px
 from ovines.camera.boards import board_bend_px
-from ovines.core.laws.targets import BOARDS, MARKER_NEIGHBOUR, MARKER_WAY, NES_CARD, NES_PICTURE, NES_PLACE
+from ovines.core.laws.targets import (
+    BOARDS,
+    CLOCK,
+    HOST_PLACE,
+    MARKER_NEIGHBOUR,
+    MARKER_WAY,
+    NES_CARD,
+    NES_PICTURE,
+    NES_PLACE,
+)
 from ovines.core.laws.terms import Term, WrittenLaw
 from ovines.errors import InputError
 from ovines.recording import Recording
@@ -32,6 +42,15 @@ Array = NDArray[np.float64]
 LONGEST_GAP, FEWEST = 2.5, 5
 # Rounds in which the place is found that was seen bent: a bend changes by some thousandths over its own size.
 BENT_BACK = 3
+# What moves markers, and what moves them back, in this order.
+_MOVED: tuple[tuple[Sequence[str], Callable[[Series, Sequence[Term]], Series]], ...] = (
+    ((MARKER_WAY,), without_way),
+    ((MARKER_NEIGHBOUR,), without_neighbours),
+    (tuple(BODIES), without_markers),
+    (NES_PLACE, without_seen_disk),
+    (NES_CARD, without_card),
+    ((HOST_PLACE,), without_seen_host),
+)
 
 
 def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
@@ -40,26 +59,15 @@ def without_frame_laws(series: Series, laws: Sequence[WrittenLaw]) -> Series:
     terms = [term for law in laws for term in series.frame.law(law).terms]
     if not terms:
         return series
-    others = ("clock_delay", MARKER_WAY, MARKER_NEIGHBOUR, *BODIES, *NES_PLACE, *NES_CARD)
-    of_cameras = [term for term in terms if term.target not in others]
+    moved = [target for targets, _ in _MOVED for target in targets]
+    of_cameras = [term for term in terms if term.target not in (CLOCK, *moved)]
     if of_cameras:
         series = _without_cameras(series, of_cameras)
-    of_way = [term for term in terms if term.target == MARKER_WAY]
-    if of_way:
-        series = without_way(series, of_way)
-    of_neighbours = [term for term in terms if term.target == MARKER_NEIGHBOUR]
-    if of_neighbours:
-        series = without_neighbours(series, of_neighbours)
-    of_markers = [term for term in terms if term.target in BODIES]
-    if of_markers:
-        series = without_markers(series, of_markers)
-    of_disk = [term for term in terms if term.target in NES_PLACE]
-    if of_disk:
-        series = without_seen_disk(series, of_disk)
-    of_card = [term for term in terms if term.target in NES_CARD]
-    if of_card:
-        series = without_card(series, of_card)
-    late = [term for term in terms if term.target == "clock_delay"]
+    for targets, without in _MOVED:
+        own = [term for term in terms if term.target in targets]
+        if own:
+            series = without(series, own)
+    late = [term for term in terms if term.target == CLOCK]
     if not late:
         return series
 
