@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +23,8 @@ def of_each(
 ) -> Iterator[Result]:
     """``work(*case)`` of every case as it gets ready, or ``ordered`` as given; ``jobs`` at a time, in processes that
     end with this one."""
+    # A worker that keeps what it has loaded is taken for one that leaks, and another goes on: no case is lost.
+    warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
     results: Iterator[Result] = Parallel(n_jobs=jobs, return_as="generator" if ordered else "generator_unordered")(
         delayed(_below)(os.getpid(), work, case) for case in cases
     )
