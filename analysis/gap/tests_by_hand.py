@@ -16,6 +16,7 @@ from analysis.gap.cause import (
     IN_PICTURE,
     NONE_TESTED,
     OWN_WAY,
+    SEEN_HOST,
     THAN_STATED,
 )
 from ovines.core.effects import EFFECTS
@@ -117,6 +118,13 @@ RULES = (
         by_hand="The frames' times are wrong. What is wrong goes with {goes_with}. Compare the files' times and frame "
         "numbers with the cameras' own counters or time stamps: a step of a frame is one that was skipped, a time that "
         "alternates or swings comes from the trigger. With true times in the tracks nothing of it is left. "
+        + UNTIL_DONE,
+    ),
+    Rule(
+        ends=SEEN_HOST,
+        by_hand="All markers of the Host are seen beside where the wall tells that it is. What is wrong goes with "
+        "{goes_with}. Press against the plate or the posts that carry them and look what gives: pads, tape, a screw. "
+        "Glue the markers to the ring itself, or fix their plate, and diagnose once more: nothing of it is left then. "
         + UNTIL_DONE,
     ),
     Rule(

@@ -11,6 +11,7 @@ import pytest
 
 from analysis.blind.series import make_series
 from analysis.gap.laws.frames.corrected import without_frame_laws
+from analysis.gap.tests_by_hand import unknown_test
 from ovines.core.laws.formula import as_latex, as_text, legend
 from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.errors import InputError
@@ -32,6 +33,7 @@ def test_markers_on_soft_pads_are_a_host_that_is_seen_beside_its_place(tmp_path)
         assert term.coefficient == pytest.approx(-stays_s2, rel=0.1)
     assert law.closed > 0.9
     assert ladder.causes == () and [one.stage for one in ladder.structure] == ["measurement"]
+    assert "Glue the markers to the ring itself" in unknown_test("measurement", ladder.structure[0].goes_with)
 
 
 def test_a_ring_that_is_thrown_on_the_host_is_a_law_of_the_wall(tmp_path):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.gap.cause import BESIDE, CLOCKS, OWN_WAY, Structure
+from analysis.gap.cause import BESIDE, CLOCKS, OWN_WAY, SEEN_HOST, Structure
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.flight_law import force_gain
@@ -266,7 +266,7 @@ def seen_host_law(
     again = run_ladder(without_frame_laws(ladder.measured, [law.law]), rng, withheld)
     if fall_of_misfit(ladder.flights.nominal.fits, again.flights.nominal.fits) < EQUIVALENT:
         return (), ladder
-    structure = _structure(law, least_m, "{}: the Host is seen beside where it is")
+    structure = _structure(law, least_m, "{}: " + SEEN_HOST)
     return (law,), replace(again, measured=ladder.measured, structure=(structure, *again.structure))
 
 
