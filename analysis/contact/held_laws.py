@@ -65,7 +65,7 @@ def along_normals(data: LawData, passing_m_per_s: Array, turn_rad: Array) -> Law
         before=own,
         after=-left,
         slip=data.slip + along - passing_m_per_s,
-        normal_impulse=data.by_laws + own - left,
+        normal_impulse=data.by_laws + (own - left) / (1 + data.host_share),
         tangential_impulse=data.tangential_impulse + pushed,
         angular=data.angular - pushed,
     )

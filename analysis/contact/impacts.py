@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.contact.host_gives import TOO_HEAVY, Gives, host_gives
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.fit import FlightFits
 from analysis.walls.outlines import Ring
@@ -60,7 +61,8 @@ class Junctions:
     continuity (2 degrees);
     ``sideways_m`` what failed to meet across the velocity step; ``run`` and ``flight`` index; ``drive_rad`` phase of
     the drive there and ``drive_start_rad`` at t = 0; ``lean_rad`` (K,) by which a law of the wall's shape turns its
-    normal there, nil where none is known."""
+    normal there, nil where none is known; ``gives`` how the Host answers an impulse: ``host_rate`` is that of the
+    middle of its own step."""
 
     state: Array
     time_s: Array
@@ -75,6 +77,7 @@ class Junctions:
     drive_start_rad: Array
     lean_rad: Array
     radius_m: float
+    gives: Gives = TOO_HEAVY
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -82,7 +85,8 @@ class Junctions:
     def repeated(self, count: int) -> Junctions:
         """All of them ``count`` times over, one series behind the other."""
         every = np.tile(np.arange(len(self)), count)
-        return replace(self, **{f.name: getattr(self, f.name)[every] for f in fields(self) if f.name != "radius_m"})
+        arrays = [f.name for f in fields(self) if f.name not in ("radius_m", "gives")]
+        return replace(self, **{name: getattr(self, name)[every] for name in arrays})
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +126,12 @@ class Impacts:
         centre = _turned(disk_m, 0.5 * (state[:, 2] + state[:, 8]))
         c, s = np.cos(self.normal_rad), np.sin(self.normal_rad)
         return np.column_stack([radius_m + c * centre[:, 0] + s * centre[:, 1], c * centre[:, 1] - s * centre[:, 0]])
+
+    def host_levers_m(self, radius_m: float) -> Array:
+        """The contact from the Host's centre (K, 2): along the outward normal, and along the tangent."""
+        place = _place(self.junctions.state, np.zeros(len(self)), self.junctions, self.wall)
+        c, s = np.cos(self.normal_rad), np.sin(self.normal_rad)
+        return np.column_stack([radius_m + c * place[:, 0] + s * place[:, 1], c * place[:, 1] - s * place[:, 0]])
 
     def sd(self, name: str) -> Array:
         """Its standard deviation, (K,)."""
@@ -165,11 +175,18 @@ def intersect(fits: Sequence[FlightFits]) -> Junctions:
 @lru_cache(maxsize=4)
 def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
     """Kept, for the drive, the disk and the impacts ask for the same flights'."""
+    met = [
+        [(k, one) for k, flight in enumerate(fit.flights[:-1]) if flight.joined and (one := _intersect(fit, k))]
+        for fit in fits
+    ]
+    gives = host_gives(
+        [fit.run for fit in fits],
+        [np.array([one.t for _, one in known]) for known in met],
+        [_steps(fit.run, [one for _, one in known]) for fit, known in zip(fits, met, strict=True)],
+    )
     rows = []
-    for number, fit in enumerate(fits):
-        met = [(k, _intersect(fit, k)) for k, flight in enumerate(fit.flights[:-1]) if flight.joined]
-        known = [(k, one) for k, one in met if one is not None]
-        beside = _beside_host(fit.run, [one for _, one in known])
+    for number, (fit, known) in enumerate(zip(fits, met, strict=True)):
+        beside = _beside_host(fit.run, [one for _, one in known], gives)
         rows += [(*row, number, k) for (k, _), row in zip(known, beside, strict=True)]
     radius = fits[0].run.radius_m if fits else float("nan")
     if not rows:
@@ -193,7 +210,9 @@ def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
         np.array(c) for c in zip(*rows, strict=True)
     )
     lean = np.zeros(len(rows))
-    return Junctions(state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, lean, radius)
+    return Junctions(
+        state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, lean, radius, gives
+    )
 
 
 class _Meeting(NamedTuple):
@@ -253,12 +272,32 @@ def _intersect(fits: FlightFits, k: int) -> _Meeting | None:
     )
 
 
-def _beside_host(run: RunData, meetings: Sequence[_Meeting]) -> list[tuple[Any, ...]]:
-    """The rows of :class:`Junctions`, all but the last two, of a run's ``meetings``: against the Host."""
+def _steps(run: RunData, meetings: Sequence[_Meeting]) -> Array:
+    """What the disk's velocity in the room steps by where flights meet, and the moment of that about the Host's centre
+    (K, 3; m/s, m^2/s)."""
+    if not meetings:
+        return np.zeros((0, 3))
+    step = np.array([one.state[9:11] - one.state[3:5] for one in meetings])
+    host = run.host.at(np.array([one.t for one in meetings]))
+    place = np.array([one.place for one in meetings]) - host[:, :2]
+    gaps, normals = run.wall.gaps(place, host[:, 3], run.radius_m)
+    normal = np.take_along_axis(normals, np.argmax(gaps, axis=1)[:, None], axis=1)
+    out = place + run.radius_m * np.hstack([np.cos(normal), np.sin(normal)])
+    return np.column_stack([step, out[:, 0] * step[:, 1] - out[:, 1] * step[:, 0]])
+
+
+def _beside_host(run: RunData, meetings: Sequence[_Meeting], gives: Gives) -> list[tuple[Any, ...]]:
+    """The rows of :class:`Junctions`, all but the last two, of a run's ``meetings``: against the Host as
+    it ``gives``."""
     if not meetings:
         return []
     moments, host = np.array([one.t for one in meetings]), run.host
     pose, rate, second_rate = (np.array([host.at(t, order)[0] for t in moments[:, None]]) for order in range(3))
+    steps = _steps(run, meetings)
+    for axis, column, share in ((0, 0, gives.share), (1, 1, gives.share), (3, 2, gives.turn_per_m2)):
+        smooth = host.smooth[axis]
+        if smooth is not None and share:  # a smooth path cuts the corner that a blow makes in it
+            pose[:, axis] += share * steps[:, column] * smooth.corner_s
     opens = _host_covariance(run, moments, pose, np.array([one.place for one in meetings]))
     rows = []
     for n, one in enumerate(meetings):
@@ -362,15 +401,17 @@ def _evaluate(
     # The contact from the Host's centre, and from the centre of mass.
     out = centre + junctions.radius_m * er
     lever = _turned(wall.disk_m, 0.5 * (before[:, 2] + after[:, 2])) + junctions.radius_m * er
-    rate = junctions.host_rate
+    step, gives, half = after[:, 3:5] - before[:, 3:5], junctions.gives, np.zeros_like(junctions.host_rate)
+    half[:, :2] = -0.5 * gives.share * step
+    half[:, 3] = -0.5 * gives.turn_per_m2 * (out[:, 0] * step[:, 1] - out[:, 1] * step[:, 0])
 
-    def at_contact(side: Array) -> tuple[Array, Array]:
+    def at_contact(side: Array, rate: Array) -> tuple[Array, Array]:
         velocity = side[:, 3:5] + side[:, 5:6] * np.stack([-lever[:, 1], lever[:, 0]], -1)
         velocity = velocity - rate[:, :2] - rate[:, 3:4] * np.stack([-out[:, 1], out[:, 0]], -1)
         return np.sum(velocity * er, -1), np.sum(velocity * et, -1)
 
-    normal_before, tangential_before = at_contact(before)
-    normal_after, tangential_after = at_contact(after)
+    normal_before, tangential_before = at_contact(before, junctions.host_rate - half)
+    normal_after, tangential_after = at_contact(after, junctions.host_rate + half)
     value = np.stack(
         [
             normal_before,

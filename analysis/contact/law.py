@@ -70,7 +70,9 @@ class LawData:
     ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.  ``outliers``: share of the
     impacts that need not follow the restitution, at most (of a handful none need, see :func:`outlier_share`).
     ``levers`` (K, 2): of a body that is no disk, the contact point from the centre of mass along the outward normal and
-    the tangent, over the radius of gyration.
+    the tangent, over the radius of gyration.  Speeds count against the Host as it moves before and after, impulses are
+    the disk's: ``host_share`` is the disk's mass over the Host's, ``host_levers`` (K, 2) the contact point from the
+    Host's centre, over the Host's radius of gyration for the disk's mass.
     """
 
     before: Array
@@ -86,6 +88,8 @@ class LawData:
     inertia_factor: float
     outliers: float = OUTLIER_SHARE
     levers: Array | None = None
+    host_share: float = 0.0
+    host_levers: Array | None = None
 
     def __len__(self) -> int:
         return len(self.before)
@@ -104,19 +108,31 @@ class LawData:
     @property
     def by_laws(self) -> Array:
         """Normal impulse (K,) by written laws that ``after`` is without: those of a restitution that the runs hold."""
-        return np.asarray(self.normal_impulse - self.before - self.after, float)
+        return np.asarray(self.normal_impulse - (self.before + self.after) / (1 + self.host_share), float)
+
+    def impulse_with(self, after: Array) -> Array:
+        """Normal impulse (K,) where the disk leaves with other speeds ``after`` (K,)."""
+        return np.asarray(self.by_laws + (self.before + after) / (1 + self.host_share), float)
 
     @property
     def mobility(self) -> Array:
-        """Tangential speed of the contact point that a tangential impulse per mass gives (K,): 1 + 1/q of a disk."""
-        if self.levers is None:
-            return np.full(len(self), 1 + 1 / self.inertia_factor)
-        return np.asarray(1 + self.levers[:, 0] ** 2, float)
+        """Tangential speed of the contact point that a tangential impulse per mass gives (K,): 1 + 1/q of a disk, and
+        what the Host gives."""
+        own = np.full(len(self), 1 / self.inertia_factor) if self.levers is None else self.levers[:, 0] ** 2
+        host = 0.0 if self.host_levers is None else self.host_levers[:, 0] ** 2
+        return np.asarray(1 + self.host_share + own + host, float)
+
+    @property
+    def host_mobility(self) -> float:
+        """The part of :attr:`mobility` that the Host gives, usually."""
+        turns = 0.0 if self.host_levers is None else float(np.mean(self.host_levers[:, 0] ** 2))
+        return self.host_share + turns
 
     @property
     def coupling(self) -> Array:
         """Tangential speed that a normal impulse per mass gives (K,): none to a disk, hit straight below its centre."""
-        return np.zeros(len(self)) if self.levers is None else np.prod(self.levers, 1)
+        levers = [one for one in (self.levers, self.host_levers) if one is not None]
+        return np.asarray(sum((np.prod(one, 1) for one in levers), np.zeros(len(self))), float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,10 +163,19 @@ def law_data(
     gyration_m = float(np.sqrt(inertia_factor)) * radius_m
     levers = impacts.levers_m(radius_m)[at] / gyration_m
     # The contact point's changes of speed are impulses times the inverse mass [[1 + t^2, -n t], [-n t, 1 + n^2]] with
-    # the levers n and t: rows (K, 8) of the linear maps from the eight quantities to the impulses; variances follow.
+    # the levers n and t, and the same of the Host: rows (K, 8) of the linear maps from the eight quantities to the
+    # impulses; variances follow.
     n, t = levers.T
-    whole = 1 + n**2 + t**2
-    along, across, cross = (1 + t**2) / whole, (1 + n**2) / whole, n * t / whole
+    gives = impacts.junctions.gives
+    host_levers = np.sqrt(gives.turn_per_m2) * impacts.host_levers_m(radius_m)[at]
+    there, beside = host_levers.T
+    straight, aside, both = (
+        1 + gives.share + t**2 + beside**2,
+        1 + gives.share + n**2 + there**2,
+        n * t + there * beside,
+    )
+    whole = straight * aside - both**2
+    along, across, cross = straight / whole, aside / whole, both / whole
     normal = _rows(len(at), {"normal_before": across, "normal_after": across,
                              "tangential_after": -cross, "tangential_before": cross})  # fmt: skip
     tangential = _rows(len(at), {"normal_before": -cross, "normal_after": -cross,
@@ -163,7 +188,7 @@ def law_data(
     def sd(rows: Array) -> Array:
         return np.sqrt(np.einsum("ki,kij,kj->k", rows, c, rows) + speed_floor_m_per_s**2)
 
-    m = impacts.junctions
+    met = impacts.junctions
     return LawData(
         before=v[:, 0],
         after=v[:, 1],
@@ -176,16 +201,18 @@ def law_data(
         angular_sd=sd(angular),
         at=Circumstances(
             spin=v[:, 4],
-            run=m.run[at],
+            run=met.run[at],
             time_s=v[:, 7],
             azimuth_rad=impacts.azimuth_rad[at],
-            host_angle_rad=m.host[at, 3],
-            drive_rad=m.drive_rad[at],
-            drive_start_rad=m.drive_start_rad[at],
+            host_angle_rad=met.host[at, 3],
+            drive_rad=met.drive_rad[at],
+            drive_start_rad=met.drive_start_rad[at],
             index=at,
         ),
         inertia_factor=inertia_factor,
         levers=levers,
+        host_share=gives.share,
+        host_levers=host_levers if gives.turn_per_m2 else None,
     )
 
 

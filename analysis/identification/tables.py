@@ -122,7 +122,8 @@ def _ratios(rig: RigFit, value: Array, covariance: Array, floor: Array | float) 
     ``value`` (K, 8) and ``covariance`` (K, 8, 8) of :data:`QUANTITIES`, ``floor`` (m/s) the error of a speed beyond
     them."""
     before, after, slip, slip_after = value[:, :4].T
-    share, normal = 1 + 1 / rig.data.inertia_factor, before + after
+    share = 1 + rig.data.host_mobility + 1 / rig.data.inertia_factor
+    normal = (before + after) / (1 + rig.data.host_share)
     restitution = after / before
     restitution_sd = _sd_of(
         covariance, {"normal_after": 1 / before, "normal_before": -restitution / before}, floor / before
@@ -134,8 +135,8 @@ def _ratios(rig: RigFit, value: Array, covariance: Array, floor: Array | float) 
     row = {
         "tangential_after": along,
         "tangential_before": -along,
-        "normal_before": -friction / normal,
-        "normal_after": -friction / normal,
+        "normal_before": -friction / (before + after),
+        "normal_after": -friction / (before + after),
     }
     return (restitution, restitution_sd), (beta, beta_sd), (friction, _sd_of(covariance, row, floor / normal))
 
@@ -150,11 +151,12 @@ def _imbalance(rig: RigFit, value: Array, covariance: Array, floor: Array | floa
     law.
     """
     q, radius = rig.data.inertia_factor, rig.runs[0].data.radius_m
+    share = 1 + rig.data.host_mobility + 1 / q
     row = {
         "spin_after": q * radius,
         "spin_before": -q * radius,
-        "tangential_after": -1 / (1 + 1 / q),
-        "tangential_before": 1 / (1 + 1 / q),
+        "tangential_after": -1 / share,
+        "tangential_before": 1 / share,
     }
     return (
         np.sum([value[:, QUANTITIES.index(name)] * factor for name, factor in row.items()], axis=0),
@@ -169,7 +171,8 @@ def _regime(value: Array, rig: RigFit, law: dict[str, Interval]) -> NDArray[np.o
     side.
     """
     count, slip, normal_impulse = len(value), np.abs(value[:, 2]), value[:, 0] + value[:, 1]
-    share = 1 + 1 / rig.data.inertia_factor
+    normal_impulse = normal_impulse / (1 + rig.data.host_share)
+    share = 1 + rig.data.host_mobility + 1 / rig.data.inertia_factor
     if rig.law is None or not rig.angle:
         return np.full(count, None, object)
     friction, beta = law["wall_friction"], law["tangential_restitution"]

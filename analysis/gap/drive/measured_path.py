@@ -42,7 +42,7 @@ class MeasuredPath:
     """One run's Host beside its drive: ``time_s`` (N,) of the frames used, ``place`` (N, 2) as measured, ``run`` its
     number; ``sd`` (2,) of a frame, ``correlation`` from frame to frame, ``held`` (M, Q) orthonormal columns of the
     drive, whitened, and ``plain`` (N, Q) as they are; ``tells_lines``: whether a further line would be none of the
-    drive; ``drive_hz``: its frequency, or the middle of its band."""
+    drive; ``drive_hz``: its frequency, or the middle of its band; ``fastest_hz``: that, or the band's upper end."""
 
     run: int
     time_s: Array
@@ -53,6 +53,7 @@ class MeasuredPath:
     plain: Array
     tells_lines: bool
     drive_hz: float
+    fastest_hz: float
 
     def beside_drive(self, places: Array) -> Array:
         """Places (N, 2; m) without what the drive explains."""
@@ -102,9 +103,10 @@ def measured_path(run: Run, number: int) -> MeasuredPath | None:
     t = time_s[use]
     if of_lines:
         drive = _harmonics(t, host.omega_rad_per_s)
-        drive_hz = host.frequency_hz
+        drive_hz = fastest_hz = host.frequency_hz
     else:
         drive_hz, half_hz = _band_of(t, place)
+        fastest_hz = drive_hz + half_hz
         if 4 * half_hz * np.ptp(t) > (1 - LEAST_FREE) * len(t):
             return None
         drive = np.hstack([_harmonics(t, host.omega_rad_per_s if changes else 0.0), _band(t, drive_hz, half_hz)])
@@ -112,7 +114,9 @@ def measured_path(run: Run, number: int) -> MeasuredPath | None:
         return None
     correlation = noise_correlation(residual)
     held, _ = np.linalg.qr(whitened(drive, correlation))
-    return MeasuredPath(number, t, place, sd, correlation, held, np.linalg.qr(drive)[0], of_lines or changes, drive_hz)
+    return MeasuredPath(
+        number, t, place, sd, correlation, held, np.linalg.qr(drive)[0], of_lines or changes, drive_hz, fastest_hz
+    )
 
 
 def _harmonics(t: Array, omega: float) -> Array:

@@ -42,7 +42,8 @@ def pushes_of(fits: Sequence[FlightFits]) -> list[RunPushes]:
         return [_run_pushes(fit, np.zeros(0), np.zeros((0, 2))) for fit in fits]
     impacts = measure(junctions, fits[0].run.wall)
     along = np.column_stack([np.cos(impacts.normal_rad), np.sin(impacts.normal_rad)])
-    impulse = (impacts.of("normal_before") + impacts.of("normal_after"))[:, None] * along
+    stopped = impacts.of("normal_before") + impacts.of("normal_after")
+    impulse = (stopped / (1 + junctions.gives.share))[:, None] * along
     runs = [junctions.run == number for number in range(len(fits))]
     return [_run_pushes(fit, junctions.time_s[here], impulse[here]) for fit, here in zip(fits, runs, strict=True)]
 

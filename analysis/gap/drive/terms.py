@@ -122,7 +122,7 @@ def is_there(one: Swing | Line, paths: Sequence[MeasuredPath]) -> bool:
     if isinstance(one, Line):
         return True
     carried = one.effect == "host_ringing"
-    return one.dies_out and not (carried and one.frequency_hz < float(np.median([path.drive_hz for path in paths])))
+    return one.dies_out and not (carried and one.frequency_hz < float(np.median([path.fastest_hz for path in paths])))
 
 
 def chance(one: Swing | Line, paths: Sequence[MeasuredPath]) -> float:

@@ -120,12 +120,13 @@ def _carry(
     here = Conditions(np.array([before]), azimuth, one.time_s - run.data.start_s, one.run.astype(float))
     after = (float(learnt.restitution.at(here)[0]) + added["restitution"]) * before
     q, radius = run.data.inertia_factor, one.radius_m
-    stop = abs(slip) / (1 + 1 / q)
+    gives = float(one.gives.along(impact.host_levers_m(radius)[:1, 0])[0])
+    stop, pushed = abs(slip) / (1 + gives + 1 / q), (before + after) / (1 + one.gives.share)
     if learnt.lasting is not None:
-        size = float(learnt.lasting.impulse(np.array([stop]), np.array([before + after]))[0])
+        size = float(learnt.lasting.impulse(np.array([stop]), np.array([pushed]))[0])
     else:
         sticking = (1 + law.tangential_restitution + added["tangential_restitution"]) * stop
-        size = min(sticking, max(law.wall_friction + added["wall_friction"], 0.0) * (before + after))
+        size = min(sticking, max(law.wall_friction + added["wall_friction"], 0.0) * pushed)
     impulse = -np.sign(slip) * size
     turn_rad_per_s = impulse / (q * radius)
     turn_rad_per_s += added["spin_kept"] * (float(one.state[0, 5]) + turn_rad_per_s) + added["spin_added"]
@@ -138,7 +139,7 @@ def _carry(
     late = float(np.clip(late, -3e-3, 3e-3))
     start[:2] += start[3:5] * late
     start[2] += start[5] * late
-    start[3:5] += -(before + after) * er + impulse * et
+    start[3:5] += -pushed * er + impulse * et
     start[5] += turn_rad_per_s
     k = int(one.flight[0]) + 1
     flight = fits.flights[k]

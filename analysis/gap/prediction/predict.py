@@ -164,7 +164,8 @@ def predicted_impacts(
         )
         normal_after = each * data.before[here]
         # One impact ahead the normal impulse is the predicted one, not the measured.
-        ahead = replace(data.part(here), normal_impulse=(data.before + data.by_laws)[here] + normal_after)
+        ahead = data.part(here)
+        ahead = replace(ahead, normal_impulse=ahead.impulse_with(normal_after))
         impulse = tangential(ahead) if tangential else impacts.without(run).tangential_impulse(ahead)
         error[here, 0] = data.after[here] - normal_after
         error[here, 1] = data.tangential_impulse[here] - impulse

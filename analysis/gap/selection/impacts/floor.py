@@ -57,7 +57,7 @@ def impact_floor(
     followed = np.column_stack([data.before[:, None] * np.column_stack([design, table[:, 1:], speed]), met])
     normal = _left_over(data.after, followed, normal_sd)
     # One impact ahead the normal impulse is the predicted one.
-    impulse = data.before + data.by_laws + (design @ c) * data.before
+    impulse = data.impulse_with((design @ c) * data.before)
     law = impacts.tangential_impulse(replace(data, normal_impulse=impulse))
     radius_m = impacts.junctions.radius_m
     table = np.column_stack([table, _tangential_columns(data, impulse)])
