@@ -84,9 +84,12 @@ class Junctions:
 
     def repeated(self, count: int) -> Junctions:
         """All of them ``count`` times over, one series behind the other."""
-        every = np.tile(np.arange(len(self)), count)
-        arrays = [f.name for f in fields(self) if f.name not in ("radius_m", "gives")]
-        return replace(self, **{name: getattr(self, name)[every] for name in arrays})
+        return self.at(np.tile(np.arange(len(self)), count))
+
+    def at(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> Junctions:
+        """Those of numbers (M,), or that a mask (K,) selects."""
+        arrays = [f.name for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray)]
+        return replace(self, **{name: getattr(self, name)[chosen] for name in arrays})
 
 
 @dataclass(frozen=True, eq=False)

@@ -179,6 +179,7 @@ def finish(packed: Packed, with_energy: bool = True) -> Packed:
     lobes = p[P.LOBE_TABLE :].reshape(-1, 3)
     # lobes of order n bend the wall (n/2)^2 times as much as an ellipse of their size
     p[P.WALL_SHAPE] = abs(p[P.ELLIPTICITY]) + 0.25 * float(np.sum(lobes[:, 1] ** 2 * np.abs(lobes[:, 0])))
+    p[P.WALL_DEPTH] = abs(p[P.ELLIPTICITY]) + float(np.sum(np.abs(lobes[:, 0])))
     shaped = p[P.WALL_SHAPE] != 0.0 or p[P.WALL_X] != 0.0 or p[P.WALL_Y] != 0.0 or k[P.N_WALLS] > 2
     turns = (driven and (turning.any() or k[P.HAS_TABLE])) or k[P.HOST_KIND] in (P.FREE, P.SPRUNG)
     k[P.WALL_TURNS] = shaped and turns

@@ -194,7 +194,7 @@ def _ranked(
     def separations(setting: Setting) -> list[Separation]:
         try:
             judged = judge([record(rig, start, setting, duration_s) for start in begun])
-        except ScenarioError:
+        except (ScenarioError, np.linalg.LinAlgError):  # or a law runs away where nobody has recorded
             return []
         return [Separation(setting.words, *separation_of(one, len(begun))) for one in judged]
 

@@ -25,7 +25,6 @@ from analysis.gap.cause import Cause, Structure
 from analysis.gap.ladder import CONTACT, Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import Errors4
-from analysis.gap.prediction.one_impact_ahead import subset
 from analysis.gap.selection.impacts.fit import ImpactFit, wall_prior
 from analysis.gap.selection.impacts.floor import impact_floor, scatter_beside
 from analysis.walls.lobes import LOBE_TERMS
@@ -263,8 +262,8 @@ def _distances(ladder: Ladder, impacts: ImpactFit, without: Sequence[str]) -> Ar
         if not here.any():
             continue
         rest = ~here if n > 1 and np.count_nonzero(~here & impacts.wall.used) >= 8 else np.ones(len(here), bool)
-        learnt = fit_wall(subset(junctions, rest), start, terms, wall_prior(start), speed[rest] if finite else None)
-        seen = measure(subset(junctions, here), learnt.wall)
+        learnt = fit_wall(junctions.at(rest), start, terms, wall_prior(start), speed[rest] if finite else None)
+        seen = measure(junctions.at(here), learnt.wall)
         residual = seen.of("gap")
         if finite:
             residual = residual - speed[here, 0] * learnt.estimate[-1]

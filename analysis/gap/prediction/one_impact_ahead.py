@@ -5,7 +5,7 @@ flight.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,13 +40,6 @@ class _Learnt:
     restitution: EffectsFit
 
 
-def subset(junctions: Junctions, keep: NDArray[np.bool_]) -> Junctions:
-    """The junctions that ``keep`` (K,) selects."""
-    return replace(
-        junctions, **{f.name: getattr(junctions, f.name)[keep] for f in fields(junctions) if f.name != "radius_m"}
-    )
-
-
 def through_impacts(
     runs: Sequence[Run],
     fits: Sequence[FlightFits],
@@ -70,9 +63,9 @@ def through_impacts(
         if not here.any():
             continue
         rest = ~here if len(runs) > 1 and np.count_nonzero(~here) >= 8 else np.ones(len(here), bool)
-        learnt = _learn(subset(junctions, rest), impacts.without(number), restitution_terms, finite, (fits, held))
+        learnt = _learn(junctions.at(rest), impacts.without(number), restitution_terms, finite, (fits, held))
         for one in np.flatnonzero(here):
-            junction = subset(junctions, np.arange(len(junctions)) == one)
+            junction = junctions.at(np.array([one]))
             path = _carry(junction, runs[number], fits[number], learnt, added_by(held, known.get(int(one))))
             if path is not None:
                 index, states = path

@@ -219,7 +219,7 @@ def stays_clear(a: Floats, b: Floats, h: float, p: Floats, k: Ints) -> bool:
     """
     if k[P.N_WALLS] > P.EDGES or p[P.OBSTACLE_RADIUS] > 0.0:
         return False
-    room = p[P.CONTACT_RADIUS] * (1.0 - p[P.WALL_SHAPE])
+    room = p[P.CONTACT_RADIUS] * (1.0 - p[P.WALL_DEPTH])
     first, second = h / 5.0, h * h / 20.0
     square = 0.0
     for end, way in ((a, first), (b, -first)):

@@ -112,8 +112,9 @@ def safe_time(
         if wall == P.ROUND and p[P.WALL_SHAPE] != 0.0:
             e = p[P.WALL_SHAPE]
             distance = math.hypot(x - p[P.WALL_X], y - p[P.WALL_Y])
-            if distance < 0.6 * radius:  # the ellipse's measure is rough near the centre: go by displacement alone
-                room = radius * (1.0 - e) - distance
+            inner = radius * (1.0 - p[P.WALL_DEPTH])
+            if distance < 0.6 * inner:  # the ellipse's measure is rough near the centre: go by displacement alone
+                room = inner - distance
                 return min(horizon, 2.0 * room / (speed + math.sqrt(speed * speed + 2.0 * bend * room)))
             top = speed + bend * horizon
             bound = (1.0 + 32.0 * e) * (top * top / radius + bend * (1.0 + e))

@@ -10,6 +10,7 @@ from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario,
 from ovines.core.effects import EFFECTS, Effect, EffectParameter
 from ovines.core.effects.effect import Words
 from ovines.core.effects.law_form import LawForm
+from ovines.core.laws.terms import Factor, Term, WrittenLaw
 from ovines.documentation.reference_pages import effects_page
 
 WIDE = Scenario(
@@ -284,6 +285,17 @@ def test_lobes_and_ellipse_add_up():
     both = {"wall_ellipticity": {"ellipticity": 0.01}, "wall_lobes": {"amplitude": 0.006}}
     distance, azimuth = contact_radii(simulate(replace(scenario, effects=both)))
     room = 0.04 * (1 + 0.01 * np.cos(2 * azimuth) + 0.006 * np.cos(3 * azimuth)) - distance
+    assert -1e-12 < np.min(room) < 1e-6
+
+
+def test_a_wall_of_many_fine_lobes_is_met_where_it_is():
+    """A disk between the middle and the wall had been taken for one outside: the run went on without an end."""
+    sizes = {9: 4.5e-3, 11: 4.5e-3, 12: 4e-3}
+    waves = (Term("contact_radius", 0.04 * size, (Factor("azimuth", "cosine", n),)) for n, size in sizes.items())
+    smooth = replace(RING, impact=ImpactLaw(1.0, 0.0, 0.0), sample_rate_hz=2e5, duration_s=1.0)
+    distance, azimuth = contact_radii(simulate(replace(smooth, laws=(WrittenLaw(tuple(waves)),))))
+    assert np.min(distance) < 0.6 * 0.04 < np.max(distance)
+    room = 0.04 * (1 + sum(size * np.cos(n * azimuth) for n, size in sizes.items())) - distance
     assert -1e-12 < np.min(room) < 1e-6
 
 
