@@ -15,14 +15,20 @@ from analysis.statistics.robust import MEDIAN_SD
 from ovines.robust import residual_sd
 
 Array = NDArray[np.float64]
-# Markers are glued within 0.05 mm; one that moves by more has come loose.
-LOOSE_M = 5e-5
+# Markers stay where they are within this share of the contact radius (0.05 mm of 40 mm); one that moves by more has
+# come loose.
+LOOSE_SHARE = 1.25e-3
 SURE_SD = 6.0
 # Two views of a marker share a delay of one of them by where it stands: this share of it may differ between markers.
 SHARE_OF_CLOCK = 0.2
 FEWEST_FRAMES = 40
 # An sd of nil (a marker that the fit of three passes through) is no infinite weight.
 FINEST_M = 1e-12
+
+
+def loose_m(series: Series) -> float:
+    """How far a marker moves at the least that has come loose (m)."""
+    return LOOSE_SHARE * series.contact_radius_m
 
 
 @lru_cache(maxsize=2)

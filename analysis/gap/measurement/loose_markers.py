@@ -18,9 +18,9 @@ from analysis.flights.cutting.run_data import NO_ANGLE_SD_RAD, RunData
 from analysis.gap.cause import Structure, two_sided
 from analysis.gap.measurement.body_residuals import (
     FEWEST_FRAMES,
-    LOOSE_M,
     SHARE_OF_CLOCK,
     SURE_SD,
+    loose_m,
     marker_residuals,
     on_body,
     over_runs,
@@ -72,7 +72,7 @@ def loose_marker(series: Series, body: str, marker: int, with_what: str, size: t
     sure = size_m / sd_m
     goes_with = f"marker {name}, which moves on its body {with_what}"
     structure = Structure(
-        "measurement", "all", "x", goes_with, size_m / LOOSE_M, sure**2, size_m, "m", two_sided(sure)
+        "measurement", "all", "x", goes_with, size_m / loose_m(series), sure**2, size_m, "m", two_sided(sure)
     )  # fmt: skip
     return Loose(body, marker, with_what, structure)
 
@@ -145,7 +145,7 @@ def with_its_body(series: Series, body: str, clock_s: float = 0.0) -> list[Loose
             data = [series.runs[one.run].data for one in runs]
             order, share = (0, LENS_SHEAR) if with_what == ACCELERATION else (1, SHARE_OF_CLOCK * abs(clock_s))
             spurious_m = share * _rms(np.concatenate([one.host.at(one.time_s, order)[:, :2] for one in data]))
-        if size_m > max(LOOSE_M, spurious_m) and size_m > SURE_SD * sd_m:
+        if size_m > max(loose_m(series), spurious_m) and size_m > SURE_SD * sd_m:
             out.append(loose_marker(series, body, marker, with_what, (size_m, sd_m)))
     return sorted(out, key=lambda one: -one.structure.gain)[:1]
 

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from analysis.gap.cause import EXCHANGED, SMALLEST_P, Structure, two_sided
 from analysis.gap.measurement.body_residuals import (
     FEWEST_FRAMES,
-    LOOSE_M,
     SHARE_OF_CLOCK,
     SURE_SD,
+    loose_m,
     marker_residuals,
     middle_of,
     on_body,
@@ -117,21 +117,21 @@ def _moved(residuals: list[tuple[int, Array, Array]], series: Series, body: str)
     for shares in (np.ones(len(frames)), as_long):  # what slides goes farther in a longer run
         by = shares[:, None, None]
         change, change_sd = over_runs(list(by * np.array(changes)), list(by * np.array(change_sds)))
-        found += _surely_moved(np.abs(change)[None], change_sd[None], "within the runs")
+        found += _surely_moved(np.abs(change)[None], change_sd[None], "within the runs", loose_m(series))
     if len(places) > 2:
         apart = np.abs(np.array(places) - np.nanmedian(places, axis=0))
-        found += _surely_moved(apart, np.array(place_sds), "from run to run")
+        found += _surely_moved(apart, np.array(place_sds), "from run to run", loose_m(series))
     if not found:
         return []
     size, sd, marker, when = max(found)
     return [loose_marker(series, body, marker, when, (size, sd))]
 
 
-def _surely_moved(size: Array, sd: Array, when: str) -> Iterator[tuple[float, float, int, str]]:
-    """Of sizes (runs, M, 2) with their sds those beyond placement and chance: size, sd, marker's number, and when it
+def _surely_moved(size: Array, sd: Array, when: str, least_m: float) -> Iterator[tuple[float, float, int, str]]:
+    """Of sizes (runs, M, 2) with their sds those beyond ``least_m`` and chance: size, sd, marker's number, and when it
     moved.
     """
-    for at in np.argwhere((size > LOOSE_M) & (size > SURE_SD * sd)):
+    for at in np.argwhere((size > least_m) & (size > SURE_SD * sd)):
         yield float(size[tuple(at)]), float(sd[tuple(at)]), int(at[1]), when
 
 

@@ -20,7 +20,7 @@ from analysis.gap.laws.frames.dictionary import frame_candidates, marker_candida
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import FrameRows, problem_of
 from analysis.gap.laws.frames.law import find_marker_laws
-from analysis.gap.measurement.body_residuals import LOOSE_M
+from analysis.gap.measurement.body_residuals import loose_m
 from analysis.gap.measurement.rigid_bodies import loose_markers
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core.laws import words as W
@@ -166,7 +166,7 @@ def test_a_card_with_play_lies_at_the_stop_of_the_last_blow(loaded, flown):
     _, plain = loaded("none", 1.0, 8, "white", 2)
     series = undone(plain, Term("nes_card_turn", 0.012, (Factor("last_spun", "sign"),)))
     law = find_card_law(flown(series), series, np.random.default_rng(0))
-    assert law is not None and believed(law, law.size, LOOSE_M) is not None
+    assert law is not None and believed(law, law.size, loose_m(series)) is not None
     (term,) = law.law.terms
     assert (term.target, term.factors) == ("nes_card_turn", (Factor("last_spun", "sign"),))
     assert term.coefficient == pytest.approx(-0.012, rel=0.1) and law.closed > 0.8
@@ -180,7 +180,7 @@ def test_markers_printed_about_another_point_are_a_card_that_turns_with_its_angl
     _, plain = loaded("none", 1.0, 8, "white", 2)
     series = undone(plain, Term("nes_card_turn", 0.012, (Factor("angle", "cosine", x=0.7),)))
     law = find_card_law(flown(series), series, np.random.default_rng(0))
-    assert law is not None and believed(law, law.size, LOOSE_M) is not None
+    assert law is not None and believed(law, law.size, loose_m(series)) is not None
     (term,) = law.law.terms
     assert term.target == "nes_card_turn" and term.factors[0].quantity == "angle"
     assert abs(term.coefficient) == pytest.approx(0.012, rel=0.05) and law.closed > 0.9

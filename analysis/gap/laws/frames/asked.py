@@ -29,7 +29,7 @@ from analysis.gap.laws.frames.delay import TARGET as DELAY
 from analysis.gap.laws.frames.delay import delay_follows, least_delay_s
 from analysis.gap.laws.frames.drifting_clock import drifting_clock_law
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
-from analysis.gap.measurement.body_residuals import LOOSE_M
+from analysis.gap.measurement.body_residuals import loose_m
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT
@@ -144,7 +144,7 @@ def _marker_laws(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) 
     found, corrected = find_marker_laws(now.series, rng)
     if not found:
         return now
-    moves = [_structure(one, LOOSE_M, "{}: a marker moves on its body") for one in found]
+    moves = [_structure(one, loose_m(now.series), "{}: a marker moves on its body") for one in found]
     return now.with_laws(found, run_ladder(corrected, rng, withheld)).reported_or(moves)
 
 
@@ -208,12 +208,12 @@ def _blow_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> 
 def _card_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _Now:
     """With the law of how the card with the disk's markers lies on it: what stays from blow to blow no probe tells."""
     law = find_card_law(now.ladder.flights.named, now.ladder.series, rng)
-    if law is None or believed(law, law.size, LOOSE_M) is None:
+    if law is None or believed(law, law.size, loose_m(now.series)) is None:
         return now
     again = run_ladder(without_frame_laws(now.series, [law.law]), rng, withheld)
     if _misfit(again) > WORSE * _misfit(now.ladder):
         return now
-    return now.with_laws([law], again, [_card_structure(law)])
+    return now.with_laws([law], again, [_card_structure(law, now.ladder)])
 
 
 def _still_m(ladder: Ladder) -> float:
@@ -294,9 +294,9 @@ def _blow_structure(law: LawFound, ladder: Ladder) -> Structure:
     return _structure(law, _still_m(ladder), f"{BESIDE}: at a blow, places hold a share of those {when}")
 
 
-def _card_structure(law: LawFound) -> Structure:
+def _card_structure(law: LawFound, ladder: Ladder) -> Structure:
     """What a law of the card leaves, which no probe tells."""
-    return _structure(law, LOOSE_M, "{}: the markers' card moves on the NES")
+    return _structure(law, loose_m(ladder.measured), "{}: the markers' card moves on the NES")
 
 
 def _structure(law: LawFound, least: float, words: str, unit: str = "m") -> Structure:

@@ -22,7 +22,7 @@ from analysis.gap.laws.frames.evidence.clock import clock_rows
 from analysis.gap.laws.frames.evidence.rows import FrameRows, Key, key_of, picture_rows, view_rows
 from analysis.gap.laws.frames.forms.by_run import lone_run, nil_in
 from analysis.gap.laws.linear_law import reported_law
-from analysis.gap.measurement.body_residuals import LOOSE_M
+from analysis.gap.measurement.body_residuals import loose_m
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
 from analysis.gap.measurement.rigid_bodies import loose_markers
 from analysis.gap.measurement.two_views import two_views
@@ -93,7 +93,7 @@ def find_marker_laws(series: Series, rng: np.random.Generator) -> tuple[tuple[La
     known = {key_of(term) for law in laws for term in law.law.terms}
     for rows in restless_markers(series):
         found = [] if rows.key in known else _marker_law(rows, series, rng)
-        found = [one for one in found if believed(one, one.size, LOOSE_M) is not None]
+        found = [one for one in found if believed(one, one.size, loose_m(series)) is not None]
         series = without_frame_laws(series, [one.law for one in found])
         laws += found
     return tuple(laws), series
@@ -184,7 +184,7 @@ def _marker_law(rows: MarkerRows | None, series: Series, rng: np.random.Generato
         return []
     size_m = rows.moved_rms(found.terms, found.coefficients)
     law = reported_law(rows, found, p, series.frame)
-    return _sized(_open_to_lens(law, series), size_m) if size_m > LOOSE_M else []
+    return _sized(_open_to_lens(law, series), size_m) if size_m > loose_m(series) else []
 
 
 def _open_to_lens(law: LawFound, series: Series) -> LawFound:

@@ -31,7 +31,7 @@ from analysis.gap.laws.frames.forms.followed import after_blows, settled, struck
 from analysis.gap.laws.frames.forms.making import followed
 from analysis.gap.laws.linear_law import reported_law
 from analysis.gap.laws.regression.problem import Regression
-from analysis.gap.measurement.body_residuals import LOOSE_M
+from analysis.gap.measurement.body_residuals import loose_m
 from analysis.gap.measurement.loose_markers import angle_at
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.series import Series
@@ -218,7 +218,7 @@ def find_card_law(fitted: FlightFit, series: Series, rng: np.random.Generator) -
     asked = card_candidates(rows.known)
     found, p = find_law(rows.problem, rows.columns, asked, rng, most_parts=MOST_PARTS)
     radius_m = fitted.fits[0].run.radius_m
-    if found is None or _size_m(found, rows, radius_m) < CLEARLY_LESS * LOOSE_M:
+    if found is None or _size_m(found, rows, radius_m) < CLEARLY_LESS * loose_m(series):
         return None
     # Once the form is known, a blow whose sense was read wrongly is a gross error as any other.
     rows = _without_gross(rows, rows.columns(found.terms) @ found.coefficients)
