@@ -8,6 +8,7 @@ that nothing need be known of the springs.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
 from analysis.motion.host_path import HostMotion
+from analysis.motion.smooth_path import smooth_path
 
 Array = NDArray[np.float64]
 # A corner is looked for in so many frames to either side, beside a polynomial of this degree; fewer frames than this on
@@ -22,7 +24,7 @@ Array = NDArray[np.float64]
 REACH, DEGREE, FEWEST_FRAMES = 8, 3, 4
 # So many impacts say how well a share is known, and it counts from so many sds on.
 FEWEST_IMPACTS, SURE_SD = 8, 5.0
-# Frames farther off (robust sds) are gross errors.
+# An impact with a frame farther off (robust sds) tells nothing.
 GROSS_SD = 5.0
 
 
@@ -73,6 +75,7 @@ def _corners(run: RunData, moments: Array, steps: Array, axes: Sequence[int]) ->
     if len(host.residual) != len(time_s):
         return []
     place, steps = _beside_lines(host, time_s, axes), steps[:, :2] if len(axes) > 1 else steps[:, 2:]
+    gross = GROSS_SD * np.maximum(host.residual_sd[list(axes)], 1e-300)
     bounds = np.concatenate([[-np.inf], moments, [np.inf]])
     out = []
     for k, (moment, step) in enumerate(zip(moments, steps, strict=True)):
@@ -85,18 +88,46 @@ def _corners(run: RunData, moments: Array, steps: Array, axes: Sequence[int]) ->
         smooth, _ = np.linalg.qr(np.vander(time, DEGREE + 1))
         ramp = np.maximum(time, 0.0) * run.period_s
         ramp -= smooth @ (smooth.T @ ramp)
-        out.append((-float(ramp @ place[near] @ step), float(ramp @ ramp) * float(step @ step)))
+        here = place[near] - smooth @ (smooth.T @ place[near])
+        shown = ramp @ here / (ramp @ ramp)
+        if np.any(np.abs(here - np.outer(ramp, shown)) > gross):
+            continue
+        out.append((-float(ramp @ here @ step), float(ramp @ ramp) * float(step @ step)))
     return out
 
 
 def _beside_lines(host: HostMotion, time_s: Array, axes: Sequence[int]) -> Array:
-    """Measured places (N, A) of the Host along ``axes`` without the lines of its drive, which have no corners; NaN
-    where one is a gross error."""
-    place = host.residual[:, list(axes)]
-    sd = np.maximum(host.residual_sd[list(axes)], 1e-300)
-    place = np.where(np.abs(place) < GROSS_SD * sd, place, np.nan)
+    """Measured places (N, A) of the Host along ``axes`` without the lines of its drive, which have no corners."""
+    place = host.residual[:, list(axes)].copy()
     for column, axis in enumerate(axes):
         smooth = host.smooth[axis]
         if smooth is not None:
             place[:, column] += smooth.at(time_s - host.zero_s)
     return place
+
+
+def at_corners(run: RunData, moments: Array, steps: Array, gives: Gives) -> tuple[Array, Array, Array]:
+    """Pose, rate and second rate (K, 4) of a Host that ``gives``, at the impacts of a run as :func:`host_gives` has
+    them; the rate in the middle of its step.
+
+    A smooth path cuts corners, so it is laid through the places without them, and they are put on it."""
+    host, axes = run.host, [0, 1, 3]
+    own = -np.column_stack([gives.share * steps[:, :2], gives.turn_per_m2 * steps[:, 2]])
+    smooth = list(host.smooth)
+    places = _beside_lines(host, run.time_s, axes) - _ramps(run.time_s, moments) @ own
+    for column, axis in enumerate(axes):
+        path = smooth[axis]
+        if path is None:
+            own[:, column] = 0.0
+        elif own[:, column].any():
+            smooth[axis] = smooth_path(run.time_s - host.zero_s, places[:, column], path.correlation)
+    without = replace(host, smooth=tuple(smooth))
+    pose, rate, second_rate = (without.at(moments, order) for order in range(3))
+    pose[:, axes] += _ramps(moments, moments) @ own
+    rate[:, axes] += np.heaviside(moments[:, None] - moments, 0.5) @ own
+    return pose, rate, second_rate
+
+
+def _ramps(time_s: Array, moments: Array) -> Array:
+    """Times since each of the moments (N, K; s), 0 before."""
+    return np.maximum(time_s[:, None] - moments, 0.0)

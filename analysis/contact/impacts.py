@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.host_gives import TOO_HEAVY, Gives, host_gives
+from analysis.contact.host_gives import TOO_HEAVY, Gives, at_corners, host_gives
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.fit import FlightFits
 from analysis.walls.outlines import Ring
@@ -295,12 +295,10 @@ def _beside_host(run: RunData, meetings: Sequence[_Meeting], gives: Gives) -> li
     if not meetings:
         return []
     moments, host = np.array([one.t for one in meetings]), run.host
-    pose, rate, second_rate = (np.array([host.at(t, order)[0] for t in moments[:, None]]) for order in range(3))
-    steps = _steps(run, meetings)
-    for axis, column, share in ((0, 0, gives.share), (1, 1, gives.share), (3, 2, gives.turn_per_m2)):
-        smooth = host.smooth[axis]
-        if smooth is not None and share:  # a smooth path cuts the corner that a blow makes in it
-            pose[:, axis] += share * steps[:, column] * smooth.corner_s
+    if gives == TOO_HEAVY:
+        pose, rate, second_rate = (np.array([host.at(t, order)[0] for t in moments[:, None]]) for order in range(3))
+    else:
+        pose, rate, second_rate = at_corners(run, moments, _steps(run, meetings), gives)
     opens = _host_covariance(run, moments, pose, np.array([one.place for one in meetings]))
     rows = []
     for n, one in enumerate(meetings):

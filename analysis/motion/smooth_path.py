@@ -31,22 +31,19 @@ GROSS_SD = 5.0
 FEWEST = 12
 # Times of which a covariance is asked together: a row for each holds as many numbers as the path has frames.
 AT_ONCE = 32
-# A corner is followed over so many frames to either side, at so many places between two frames.
-CORNER_FRAMES, PHASES = 200, 8
 
 
 @dataclass(frozen=True, eq=False)
 class SmoothPath:
     """A spline of one coordinate: ``spline`` on its domain ``first_s`` to ``last_s`` (beyond, the motion goes on with
     the velocity that it has there); ``factor`` banded Cholesky factor of its coefficients' information; ``sd`` and
-    ``correlation`` of the noise about it; ``strength`` of the penalty (logarithm to base 10).
+    ``correlation`` of the noise about it.
     """
 
     spline: BSpline
     factor: Array
     sd: float
     correlation: float
-    strength: float
 
     @property
     def first_s(self) -> float:
@@ -82,11 +79,6 @@ class SmoothPath:
             solved = cho_solve_banded((self.factor, True), rows.reshape(-1, p).T).T.reshape(n, 3, p)
             found[some] = np.einsum("nap,nbp->nab", rows, solved)
         return found
-
-    @property
-    def corner_s(self) -> float:
-        """How far the path lies, at a corner, to the side that it turns to, over the step of the velocity there."""
-        return self.knot_s * _corner(self.strength, round(self.correlation, 2))
 
     def times(self, factor: float) -> SmoothPath:
         """The path of what moves ``factor`` times as far."""
@@ -178,26 +170,9 @@ def _fit(knots: Array, time_s: Array, value: Array, correlation: float) -> Smoot
     best = min((tried(float(one)) for one in STRENGTHS), key=lambda one: one[0])
     for finer in FINER:
         best = min((best, *(tried(best[1] + side) for side in (-finer, finer))), key=lambda one: one[0])
-    _, strength, variance, factor, coefficients = best
+    _, _, variance, factor, coefficients = best
     sd = float(np.sqrt(variance))
-    return SmoothPath(BSpline(knots, coefficients, DEGREE), factor / sd, sd, correlation, strength)
-
-
-@lru_cache(maxsize=64)
-def _corner(strength: float, correlation: float) -> float:
-    """Value, at the corner, of the path of this ``strength`` through places that move at one knot a knot from there on;
-    the mean of all phases between two frames."""
-    time = np.arange(2.0 * CORNER_FRAMES + 1)
-    knots = _knots(time)
-    design, width = _design(knots, time), DEGREE + FORGOTTEN_FRAMES
-    difference = _differences(design.shape[1], PENALISED)
-    whiten = _whitening(np.ones(len(time) - 1, int), correlation)
-    rows = csr_matrix(whiten @ design)
-    band = _banded(csr_matrix(rows.T @ rows + 10.0**strength * (difference.T @ difference)), width)
-    corners = CORNER_FRAMES + np.arange(PHASES) / PHASES
-    right = rows.T @ (whiten @ np.maximum(time[:, None] - corners, 0.0))
-    coefficients = cho_solve_banded((cholesky_banded(band, lower=True), True), right)
-    return float(np.mean(np.sum(_design(knots, corners).toarray() * coefficients.T, 1)))
+    return SmoothPath(BSpline(knots, coefficients, DEGREE), factor / sd, sd, correlation)
 
 
 def _whitening(frames: NDArray[np.int64], correlation: float) -> csr_matrix:
