@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact.host_gives import TOO_HEAVY, Gives, at_corners, host_gives
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.fit import FlightFits
+from analysis.flights.host_gives import TOO_HEAVY, Gives, at_corners, host_gives
 from analysis.walls.outlines import Ring
 from analysis.walls.wall import Wall
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from analysis.blind.recording import clock
 from analysis.blind.recording.files import write_series
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import verdict_of
-from analysis.gap.laws.frames.asked import _delay_structure
+from analysis.gap.laws.frames.asked import delay_structure
 from analysis.gap.laws.frames.delay import delay_follows, late_camera
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import view_rows
@@ -90,7 +89,7 @@ def test_a_trigger_that_the_shaker_pulls_follows_the_host(loaded):
     (factor,) = term.factors
     assert (term.target, factor.quantity) == ("camera_delay", "host_acceleration_along"), as_text(law.law)
     assert abs(np.sin(factor.x)) < 0.01 and law.closed > 0.95
-    left = _delay_structure(law, SimpleNamespace(series=series))
+    left = delay_structure(law, series)
     assert (left.stage, left.unit) == ("measurement", "s") and left.strength > 1
     assert left.goes_with == "the acceleration of the Host along a direction: the delay of a camera changes"
     by_hand = unknown_test(left.stage, left.goes_with)

@@ -126,7 +126,7 @@ def _frame_laws(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -
         return now
     reported = _without_spurious_delay(now.reported, found, now.begun, again)
     if not reported:
-        reported = [_structure(one, least_delay_s(now.series), "{}: " + CLOCKS[1], "s") for one in found]
+        reported = [delay_structure(one, now.series) for one in found]
     return replace(now.with_laws(found, again), reported=tuple(reported))
 
 
@@ -256,6 +256,7 @@ def seen_host_law(
 
     Contact distances tell how far, and say the same of a ring that moves on the Host.  That leaves the floor where it
     is seen, so that flights tell which it is."""
+    rng = rng.spawn(1)[0]  # what is found after it hangs on no law that is not
     impacts, left = ladder.impacts.fitted, {one.stage for one in ladder.structure if not one.is_taken_out}
     if impacts is None or ladder.series.points is None or left & {"measurement", "drive"}:
         return (), ladder
@@ -280,6 +281,11 @@ def _found(ladder: Ladder) -> int:
     """How much a ladder names and leaves: a clock that is not wrong, once it is "mended", has paths bent that were
     straight."""
     return len(ladder.causes) + len(ladder.structure)
+
+
+def delay_structure(law: LawFound, series: Series) -> Structure:
+    """What a law of a camera's delay leaves that no mean over a part of the runs has shown."""
+    return _structure(law, least_delay_s(series), "{}: " + CLOCKS[1], "s")
 
 
 def _way_structure(law: LawFound, ladder: Ladder) -> Structure:

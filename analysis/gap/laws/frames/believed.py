@@ -45,14 +45,17 @@ def middle_misfit(fits: Sequence[FlightFits]) -> float:
 
 
 def fall_of_misfit(before: Sequence[FlightFits], after: Sequence[FlightFits]) -> float:
-    """By how much -2 log L of the flights falls from a series measured one way to the same measured another, each
-    flight's noise unknown: one that nothing fits weighs no more than the others."""
-    (sum_before, count_before), (sum_after, count) = (_log_misfit(fits) for fits in (before, after))
-    return count * (sum_before / max(count_before, 1) - sum_after / max(count, 1))
+    """By how much -2 log L falls of the flights that a series, measured one way and another, has of the same frames,
+    each flight's noise unknown: one that nothing fits weighs no more than the others."""
+    old, new = (_by_frames(fits) for fits in (before, after))
+    return sum(freedom * np.log(old[frames][1] / misfit) for frames, (freedom, misfit) in new.items() if frames in old)
 
 
-def _log_misfit(fits: Sequence[FlightFits]) -> tuple[float, int]:
-    """Sum over flights of freedoms times the logarithm of what is left per freedom, and all freedoms."""
-    freedom, misfit = (np.concatenate([getattr(fit, name) for fit in fits]) for name in ("freedom", "misfit"))
-    told = (freedom > 0) & (misfit > 0)
-    return float(np.sum(freedom[told] * np.log(misfit[told] / freedom[told]))), int(freedom[told].sum())
+def _by_frames(fits: Sequence[FlightFits]) -> dict[tuple[int, int, int], tuple[float, float]]:
+    """Freedoms, and what is left per freedom, of each flight by its run, first and last frame."""
+    out = {}
+    for number, fit in enumerate(fits):
+        for flight, freedom, misfit in zip(fit.flights, fit.freedom, fit.misfit, strict=True):
+            if freedom > 0 and misfit > 0:
+                out[number, flight.first, flight.last] = (float(freedom), float(misfit / freedom))
+    return out

@@ -22,8 +22,9 @@ Array = NDArray[np.float64]
 # A corner is looked for in so many frames to either side, beside a polynomial of this degree; fewer frames than this on
 # a side tell nothing.
 REACH, DEGREE, FEWEST_FRAMES = 8, 3, 4
-# So many impacts say how well a share is known, and it counts from so many sds on.
-FEWEST_IMPACTS, SURE_SD = 8, 5.0
+# So many impacts say how well a share is known, and it counts from so many sds on, where every other impact by itself
+# says half of it at the least.
+FEWEST_IMPACTS, SURE_SD, LEAST_OF_HALF = 20, 5.0, 0.5
 # An impact with a frame farther off (robust sds) tells nothing.
 GROSS_SD = 5.0
 
@@ -65,7 +66,8 @@ def _sure_share(corners: Sequence[tuple[float, float]]) -> float:
     share = float(products.sum() / squares.sum())
     # By the impacts' own scatter: noise that goes on from frame to frame is in it.
     sd = float(np.sqrt(np.sum((products - share * squares) ** 2)) / squares.sum())
-    return share if share > SURE_SD * sd else 0.0
+    halves = [float(products[k::2].sum() / squares[k::2].sum()) for k in range(2)]
+    return share if share > SURE_SD * sd and min(halves) > LEAST_OF_HALF * share else 0.0
 
 
 def _corners(run: RunData, moments: Array, steps: Array, axes: Sequence[int]) -> list[tuple[float, float]]:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from analysis.contact.host_gives import TOO_HEAVY, Gives, at_corners, host_gives
+from analysis.flights.host_gives import TOO_HEAVY, Gives, at_corners, host_gives
 from analysis.motion.host_path import HostMotion
 from analysis.motion.smooth_path import smooth_path
 
