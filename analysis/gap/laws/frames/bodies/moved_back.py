@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.runs import Run
+from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.series import Series, with_points
 from ovines.errors import InputError
 
@@ -35,6 +36,19 @@ def all_moved_back(series: Series, law: str, ways: Callable[[Run], Iterable[tupl
             if tracks is not None and moved is not None:
                 tracks[k] = moved
     return with_points(replace(series, tracks=None if tracks is None else tuple(tracks)), points)
+
+
+def body_moved_back(series: Series, body: str, law: str, moved: Callable[[Array], Array]) -> Series:
+    """``series`` with all markers of a ``body`` back from where it is seen, ``moved`` giving how far (N, 2; m) in the
+    room by what laws know of frames (N, KNOWN_SIZE); `InputError` where there are no markers, which ``law`` needs."""
+
+    def ways(run: Run) -> list[tuple[str, Way]]:
+        def way(time_s: Array) -> Array:
+            return np.nan_to_num(moved(known_frames(time_s, run.data, run.flights)))
+
+        return [(marker, way) for marker in series.recordings[0].bodies[body].markers]
+
+    return all_moved_back(series, law, ways)
 
 
 def _moved_back(

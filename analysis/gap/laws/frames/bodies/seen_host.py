@@ -9,19 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.flights.cutting.runs import Run
 from analysis.flights.fit import FlightFits
 from analysis.gap.laws.choice.search import LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate
 from analysis.gap.laws.dictionary.parts import plain, scaled
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.frames.bodies.moved_back import Way, all_moved_back
-from analysis.gap.laws.frames.evidence.known import known_frames
+from analysis.gap.laws.frames.bodies.moved_back import body_moved_back
 from analysis.gap.laws.frames.evidence.rows import size_of
 from analysis.gap.laws.impact_rows import distance_regression
 from analysis.gap.laws.linear_law import reported_law
@@ -120,13 +117,4 @@ def shift(terms: Sequence[Term], known: Array) -> Array:
 def without_seen_host(series: Series, terms: Sequence[Term]) -> Series:
     """``series`` with the Host's points moved back by what ``terms`` say, and their pixels alike; `InputError` where
     there are no markers."""
-
-    def ways(run: Run) -> list[tuple[str, Way]]:
-        return [(marker, partial(_way, terms, run=run)) for marker in series.recordings[0].bodies["host"].markers]
-
-    return all_moved_back(series, "a law of where the Host is seen", ways)
-
-
-def _way(terms: Sequence[Term], time_s: Array, run: Run) -> Array:
-    """How far terms move the Host's picture in the room (N, 2; m) at the times of a run."""
-    return np.nan_to_num(shift(terms, known_frames(time_s, run.data, run.flights)).sum(2))
+    return body_moved_back(series, "host", "a law of where the Host is seen", lambda known: shift(terms, known).sum(2))
