@@ -182,14 +182,11 @@ def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
         [(k, one) for k, flight in enumerate(fit.flights[:-1]) if flight.joined and (one := _intersect(fit, k))]
         for fit in fits
     ]
-    gives = host_gives(
-        [fit.run for fit in fits],
-        [np.array([one.t for _, one in known]) for known in met],
-        [_steps(fit.run, [one for _, one in known]) for fit, known in zip(fits, met, strict=True)],
-    )
+    steps = [_steps(fit.run, [one for _, one in known]) for fit, known in zip(fits, met, strict=True)]
+    gives = host_gives([fit.run for fit in fits], [np.array([one.t for _, one in known]) for known in met], steps)
     rows = []
-    for number, (fit, known) in enumerate(zip(fits, met, strict=True)):
-        beside = _beside_host(fit.run, [one for _, one in known], gives)
+    for number, (fit, known, step) in enumerate(zip(fits, met, steps, strict=True)):
+        beside = _beside_host(fit.run, [one for _, one in known], step, gives)
         rows += [(*row, number, k) for (k, _), row in zip(known, beside, strict=True)]
     radius = fits[0].run.radius_m if fits else float("nan")
     if not rows:
@@ -289,16 +286,16 @@ def _steps(run: RunData, meetings: Sequence[_Meeting]) -> Array:
     return np.column_stack([step, out[:, 0] * step[:, 1] - out[:, 1] * step[:, 0]])
 
 
-def _beside_host(run: RunData, meetings: Sequence[_Meeting], gives: Gives) -> list[tuple[Any, ...]]:
-    """The rows of :class:`Junctions`, all but the last two, of a run's ``meetings``: against the Host as
-    it ``gives``."""
+def _beside_host(run: RunData, meetings: Sequence[_Meeting], steps: Array, gives: Gives) -> list[tuple[Any, ...]]:
+    """The rows of :class:`Junctions`, all but the last two, of a run's ``meetings`` and their ``steps`` (K, 3): against
+    the Host as it ``gives``."""
     if not meetings:
         return []
     moments, host = np.array([one.t for one in meetings]), run.host
     if gives == TOO_HEAVY:
         pose, rate, second_rate = (np.array([host.at(t, order)[0] for t in moments[:, None]]) for order in range(3))
     else:
-        pose, rate, second_rate = at_corners(run, moments, _steps(run, meetings), gives)
+        pose, rate, second_rate = at_corners(run, moments, steps, gives)
     opens = _host_covariance(run, moments, pose, np.array([one.place for one in meetings]))
     rows = []
     for n, one in enumerate(meetings):

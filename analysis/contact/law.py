@@ -2,7 +2,7 @@
 
 Three residuals per impact.  Normal: ``v_n' - eps v_n``.  Tangential, with the *measured* normal impulse: the tangential
 impulse per mass against ``min((1 + beta_0) |v_t| / (1 + 1/q), mu_c j_n)``.  Angular: ``q R d(omega) - j_t``, free of
-all parameters. (Thesis eqs 88-107; a heavy Host, M_H >> M_N.)
+all parameters. (Thesis eqs 88-107, of a heavy Host, M_H >> M_N; one that gives adds its own mobility to 1 + 1/q.)
 """
 
 from __future__ import annotations
@@ -66,11 +66,11 @@ class LawData:
     """The K usable impacts of a series: approach and leaving speeds, impulses per mass (m/s), sds, and what they may go
     with (``at``).
 
-    ``normal_impulse`` = v_n + v_n' (>= 0); ``tangential_impulse`` of the centre, sign of -v_t for a stick or slide;
-    ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.  ``outliers``: share of the
-    impacts that need not follow the restitution, at most (of a handful none need, see :func:`outlier_share`).
-    ``levers`` (K, 2): of a body that is no disk, the contact point from the centre of mass along the outward normal and
-    the tangent, over the radius of gyration.  Speeds count against the Host as it moves before and after, impulses are
+    ``normal_impulse`` = (v_n + v_n') / (1 + ``host_share``) (>= 0); ``tangential_impulse`` of the centre, sign of -v_t
+    for a stick or slide; ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.
+    ``outliers``: share of the impacts that need not follow the restitution, at most (of a handful none need, see
+    :func:`outlier_share`).  ``levers`` (K, 2): of a body that is no disk, the contact point from the centre of mass
+    along the outward normal and the tangent, over the radius of gyration.  Speeds count against the Host as it moves before and after, impulses are
     the disk's: ``host_share`` is the disk's mass over the Host's, ``host_levers`` (K, 2) the contact point from the
     Host's centre, over the Host's radius of gyration for the disk's mass.
     """

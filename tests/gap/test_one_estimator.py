@@ -208,8 +208,9 @@ effects = ["floor_friction", "spin_coupling"]
 """
 
 
-def _on_springs(folder: Path, mass_kg: float, runs: int) -> None:
-    """Runs of a sprung Host over a shaken ground, as motion tables with the noise of markers."""
+def _on_springs(folder: Path, mass_kg: float, runs: int, arm_m: float) -> None:
+    """Runs of a sprung Host over a shaken ground, as motion tables with the noise of markers, the Host's ``arm_m`` from
+    its middle."""
     rng = np.random.default_rng(1)
     inertia = mass_kg * RADIUS_M**2
     rate = 2 * np.pi * np.array([3.0, 3.0, 12.0])
@@ -226,8 +227,8 @@ def _on_springs(folder: Path, mass_kg: float, runs: int) -> None:
         shown = simulate(scenario)
         count = len(shown.time_s)
         table = {"frame": np.arange(count), "time_s": shown.time_s}
-        for body, arm_m in (("nes", 0.008), ("host", 0.045)):  # of the markers from the body's middle
-            for name, sd in (*((f"{a}_m", NOISE_M) for a in "xyz"), ("angle_rad", NOISE_M / arm_m)):
+        for body, own_m in (("nes", 0.008), ("host", arm_m)):
+            for name, sd in (*((f"{a}_m", NOISE_M) for a in "xyz"), ("angle_rad", NOISE_M / own_m)):
                 table[f"{body}_{name}"] = shown.motion[f"{body}_{name}"] + sd * rng.standard_normal(count)
                 table[f"{body}_{name.replace('_', '_sd_')}"] = np.full(count, sd)
         run = folder / f"run-{number + 1:02d}"
@@ -237,11 +238,11 @@ def _on_springs(folder: Path, mass_kg: float, runs: int) -> None:
 
 
 @pytest.mark.further
-@pytest.mark.parametrize("mass_kg", [1.0, 0.2])
-def test_a_sprung_host_is_followed_as_measured_and_reported_as_one_that_gives_way(tmp_path, mass_kg):
+@pytest.mark.parametrize(("mass_kg", "runs", "arm_m"), [(1.0, 3, 0.045), (0.2, 3, 0.045), (1.0, 2, 0.008)])
+def test_a_sprung_host_is_followed_as_measured_and_reported_as_one_that_gives_way(tmp_path, mass_kg, runs, arm_m):
     """No cause is named but the Host's giving way, with its true mass and springs, and nothing is left.  Its velocity
     steps at an impact, a smooth path does not: restitution was 0.714 and less before the step was measured."""
-    _on_springs(tmp_path / "series", mass_kg, 3)
+    _on_springs(tmp_path / "series", mass_kg, runs, arm_m)
     series, _ = load_series(read_series(tmp_path / "series"), tmp_path / "results")
     ladder = run_ladder(series, np.random.default_rng(0))
     (recoil,) = ladder.causes
@@ -252,7 +253,8 @@ def test_a_sprung_host_is_followed_as_measured_and_reported_as_one_that_gives_wa
     motions = [pd.read_parquet(one.folder / "motion.parquet") for one in series.recordings]
     table = identify_series(motions, series.recordings)[0].set_index("parameter")["value"]
     assert table["restitution"] == pytest.approx(RESTITUTION, abs=1e-3)
-    assert table["tangential_restitution"] == pytest.approx(0.49, abs=5e-3)
+    if arm_m > 0.01:  # nearer markers do not show that the Host turns
+        assert table["tangential_restitution"] == pytest.approx(0.49, abs=5e-3)
     assert table["floor_friction"] == pytest.approx(0.1, abs=5e-4)
     assert table["wall_friction"] == pytest.approx(0.13, abs=5e-4)
     assert table["contact_radius_m"] == pytest.approx(RADIUS_M - 0.01, abs=6e-5)
