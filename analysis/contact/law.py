@@ -70,9 +70,11 @@ class LawData:
     for a stick or slide; ``angular`` q R d(omega) - tangential_impulse; ``*_sd`` from the flights' covariance.
     ``outliers``: share of the impacts that need not follow the restitution, at most (of a handful none need, see
     :func:`outlier_share`).  ``levers`` (K, 2): of a body that is no disk, the contact point from the centre of mass
-    along the outward normal and the tangent, over the radius of gyration.  Speeds count against the Host as it moves before and after, impulses are
-    the disk's: ``host_share`` is the disk's mass over the Host's, ``host_levers`` (K, 2) the contact point from the
-    Host's centre, over the Host's radius of gyration for the disk's mass.
+    along the outward normal and the tangent, over the radius of gyration.
+
+    Speeds count against the Host as it moves before and after, impulses are the disk's: ``host_share`` is the disk's
+    mass over the Host's, ``host_levers`` (K, 2) the contact point from the Host's centre, over the Host's radius of
+    gyration for the disk's mass.
     """
 
     before: Array
