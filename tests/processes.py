@@ -42,13 +42,16 @@ def fresh(
     command: Sequence[str], timeout_s: float, cwd: Path | None, env: dict[str, str], file_limit_bytes: int | None = None
 ) -> subprocess.CompletedProcess[str]:
     """`python -m ovines` in a new interpreter; ``file_limit_bytes``: no file may grow larger."""
+    # What is imported first under a limit would be kept as a file that breaks off, and no later process could import
+    # it.
+    kept = {} if file_limit_bytes is None else {"PYTHONDONTWRITEBYTECODE": "1"}
     return subprocess.run(
         [sys.executable, "-m", "ovines", *command],
         capture_output=True,
         text=True,
         timeout=timeout_s,
         cwd=cwd,
-        env={**os.environ, **env},
+        env={**os.environ, **kept, **env},
         check=False,
         preexec_fn=None if file_limit_bytes is None else lambda: _limit(file_limit_bytes),
     )
@@ -98,6 +101,7 @@ def _run(command: list[str], cwd: str, environment: dict[str, str], said: list[P
     sys.argv = ["ovines", *command]
     if limit is not None:
         _limit(limit)
+        sys.dont_write_bytecode = True  # see `fresh`
     alone()
     sys.exit(importlib.import_module("ovines.__main__").main())
 

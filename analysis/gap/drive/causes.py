@@ -13,6 +13,7 @@ from analysis.gap.cause import Cause, Structure
 from analysis.gap.drive.findings import NEGLIGIBLE_SHARE, DriveSteps, is_sure, rms_m
 from analysis.gap.drive.lines import Line
 from analysis.gap.drive.measured_path import MeasuredPath
+from analysis.gap.drive.swinging_wall import Contacts, borne_out
 from analysis.gap.drive.swings import SWINGS, Swing, best_swing
 from analysis.gap.drive.terms import chance, is_there, left_of
 from analysis.gap.series import Series
@@ -32,7 +33,9 @@ SURELY = 2.0
 SAME_SHARE = 0.1
 
 
-def judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_moves: bool) -> DriveSteps:
+def judged(
+    steps: DriveSteps, series: Series, contacts: Contacts, withheld: frozenset[str], ground_moves: bool
+) -> DriveSteps:
     """Causes and structure among the terms, and their errors."""
     least = NEGLIGIBLE_SHARE * series.runs[0].data.contact_radius_m
     causes: list[Cause] = []
@@ -48,7 +51,7 @@ def judged(steps: DriveSteps, series: Series, withheld: frozenset[str], ground_m
             words = f"the impacts before (it swings at {swing.frequency_hz:.3g} Hz)"
             structure.append(_structure(words, size, least, swing.gain, chance(swing, steps.paths)))
         else:
-            causes.append(replace(_swing_cause(swing, size / least, series), rivals=_rivals(swing, steps)))
+            causes.append(replace(_swing_cause(swing, size / least, series), rivals=_rivals(swing, steps, contacts)))
     tell = np.array([path.tells_lines for path in steps.paths])
     # Where the drive of most runs is random, slow lines of the others are the drive's, too.
     tells_sway = int(np.sum(tell)) >= IMPROVED * runs and not ground_moves
@@ -91,22 +94,24 @@ def would_show(line: Line) -> NDArray[np.bool_]:
     return np.asarray(SHOWS_SD * line.sd < usual_m, bool)
 
 
-def _rivals(swing: Swing, steps: DriveSteps) -> tuple[str, ...]:
-    """The other kind of swing, where it would have explained the path as well."""
+def _rivals(swing: Swing, steps: DriveSteps, contacts: Contacts) -> tuple[str, ...]:
+    """The other kind of swing, where it would have explained path and contacts as well."""
     terms: list[Swing | Line] = [*steps.swings, *steps.lines]
     left = left_of(terms, steps.paths, steps.pushes, terms.index(swing))
     others = [one for one in SWINGS if one not in {s.effect for s in steps.swings}]
     tried = [best_swing(effect, steps.paths, steps.pushes, left) for effect in others]
     there = [one for one in tried if is_there(one, steps.paths)]
-    return tuple(one.effect for one in there if _says_no_more(swing, one))
+    borne = borne_out(swing, steps.paths, steps.pushes, contacts)
+    more = [borne - borne_out(one, steps.paths, steps.pushes, contacts) for one in there]
+    return tuple(one.effect for one, by_wall in zip(there, more, strict=True) if _says_no_more(swing, one, by_wall))
 
 
-def _says_no_more(swing: Swing, other: Swing) -> bool:
-    """Whether a swing explains the path no better than another, by what runs held out say of each: a lens residual
-    leaves either hundreds."""
-    more = swing.held_out - other.held_out
+def _says_no_more(swing: Swing, other: Swing, by_wall: Array) -> bool:
+    """Whether a swing explains the path no better than another, by what runs held out say of each - a lens residual
+    leaves either hundreds - and by how much more (P,) the wall says for it."""
+    more = swing.held_out - other.held_out + by_wall
     by_chance = SURELY * float(np.std(more)) * np.sqrt(len(more))
-    return swing.gain - other.gain < EQUIVALENT or float(more.sum()) < by_chance
+    return swing.gain - other.gain + float(by_wall.sum()) < EQUIVALENT or float(more.sum()) < by_chance
 
 
 def _by_run(paths: Sequence[MeasuredPath], values: Sequence[float] | Array, runs: int) -> Array:

@@ -19,6 +19,7 @@ from analysis.gap.drive.causes import SAME_SHARE, judged
 from analysis.gap.drive.findings import DriveSteps, is_sure
 from analysis.gap.drive.measured_path import measured_path
 from analysis.gap.drive.pushes import pushes_of
+from analysis.gap.drive.swinging_wall import Contacts
 from analysis.gap.drive.terms import found_terms
 from analysis.gap.series import Series, with_host_moved
 from analysis.gap.thresholds import SIGNIFICANCE
@@ -37,13 +38,15 @@ def drive_steps(
     asked = [recording.excitation for recording in series.recordings]
     findings = drive_findings([(run.data.time_s, run.data.host) for run in series.runs], asked, series.frame)
     pushes = pushes_of(fits)
-    paths = [path for path in map(measured_path, series.runs, range(len(series.runs))) if path is not None]
+    tried = [measured_path(run, k, asked[k] is not None) for k, run in enumerate(series.runs)]
+    paths = [path for path in tried if path is not None]
     steps = DriveSteps(tuple(findings), tuple(paths), tuple(pushes))
     if not paths:
         return steps, series
-    swings, lines = found_terms(paths, pushes, series.runs)
+    contacts = Contacts.of(fits)
+    swings, lines = found_terms(paths, pushes, series.runs, contacts)
     steps = replace(steps, paths=tuple(paths), swings=tuple(swings), lines=tuple(lines))
-    steps = judged(steps, series, withheld, ground_moves)
+    steps = judged(steps, series, contacts, withheld, ground_moves)
     ringing = next((one for one in swings if one.effect == "host_ringing" and is_sure(one, steps, series)), None)
     if ringing is not None:
         moved = [ringing.places(pushes, number, run.data.time_s) for number, run in enumerate(series.runs)]

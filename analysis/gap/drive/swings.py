@@ -253,22 +253,11 @@ def _covariance(
 ) -> Array:
     """Of share, frequency and damping: by the runs' scores (a sandwich over runs, wider where these are few), never
     less than the noise gives."""
-    hz = swing.frequency_hz * np.array([1, 1 - STEP, 1 + STEP, 1, 1])
-    zeta = swing.damping * np.array([1, 1, 1, 1 - STEP, 1 + STEP])
     normal, scores = np.zeros((3, 3)), []
     for path, one in zip(paths, white, strict=True):
-        near = hz, np.minimum(zeta, 1 - 1e-6)
-        answered, began = _answers(swing.effect, path, pushes[path.run], *near), _Began.of(path, *near)
-        whole = swing.share * answered + np.einsum("mig,ia->mag", began.columns, swing.start[path.run] / path.sd)
-        slopes = [
-            answered[..., 0],
-            (whole[..., 2] - whole[..., 1]) / (2 * STEP * swing.frequency_hz),
-            (whole[..., 4] - whole[..., 3]) / (2 * STEP * swing.damping),
-        ]
-        here = _Began(began.columns[..., :1])
-        jacobian = np.concatenate([here.without(slope[..., None])[0] for slope in slopes], -1).reshape(-1, 3)
+        whole, jacobian = swing_rows(swing, path, pushes[path.run], swing.start[path.run])
         normal += jacobian.T @ jacobian
-        scores.append(jacobian.T @ (one - whole[..., 0]).ravel())
+        scores.append(jacobian.T @ (one - whole).ravel())
     inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), float)
     if len(paths) < 4:
         return inverse
@@ -276,3 +265,20 @@ def _covariance(
     few = len(paths) / (len(paths) - 1) * student_over_normal(len(paths) - 1) ** 2
     wider = np.sqrt(np.maximum(few * np.diag(spread) / np.maximum(np.diag(inverse), 1e-300), 1.0))
     return inverse * np.outer(wider, wider)
+
+
+def swing_rows(swing: Swing, path: MeasuredPath, run: RunPushes, start: Array) -> tuple[Array, Array]:
+    """What a swing with its ``start`` (2, 2; m) does to a path (M, 2; whitened), and its derivatives (2 M, 3) by
+    share, frequency and damping, beside any start."""
+    hz = swing.frequency_hz * np.array([1, 1 - STEP, 1 + STEP, 1, 1])
+    zeta = np.minimum(swing.damping * np.array([1, 1, 1, 1 - STEP, 1 + STEP]), 1 - 1e-6)
+    answered, began = _answers(swing.effect, path, run, hz, zeta), _Began.of(path, hz, zeta)
+    whole = swing.share * answered + np.einsum("mig,ia->mag", began.columns, start / path.sd)
+    slopes = [
+        answered[..., 0],
+        (whole[..., 2] - whole[..., 1]) / (2 * STEP * swing.frequency_hz),
+        (whole[..., 4] - whole[..., 3]) / (2 * STEP * swing.damping),
+    ]
+    here = _Began(began.columns[..., :1])
+    jacobian = np.concatenate([here.without(slope[..., None])[0] for slope in slopes], -1).reshape(-1, 3)
+    return whole[..., 0], jacobian

@@ -11,6 +11,7 @@ from analysis.flights.cutting.runs import Run
 from analysis.gap.drive.lines import LINES_TO, Line, best_line
 from analysis.gap.drive.measured_path import MeasuredPath, with_noise_of
 from analysis.gap.drive.pushes import RunPushes
+from analysis.gap.drive.swinging_wall import Contacts, borne_out
 from analysis.gap.drive.swings import CELLS, SWINGS, Swing, TriedSwings, best_swing
 from analysis.gap.selection.null_distribution import chance_of_largest
 
@@ -24,9 +25,10 @@ MOST_OWN_LINES = 3
 
 
 def found_terms(
-    paths: list[MeasuredPath], pushes: Sequence[RunPushes], runs: Sequence[Run]
+    paths: list[MeasuredPath], pushes: Sequence[RunPushes], runs: Sequence[Run], contacts: Contacts
 ) -> tuple[list[Swing], list[Line]]:
-    """Swings and lines by forward selection, each fitted again beside the others, on the noise that they leave."""
+    """Swings and lines by forward selection, each fitted again beside the others, on the noise that they leave; of two
+    swings the one that path and ``contacts`` together ask for."""
     terms: list[Swing | Line] = []
     below = LINES_TO / float(np.median([np.median(np.diff(path.time_s)) for path in paths]))
     asks_for_lines = any(not runs[path.run].data.host.harmonic for path in paths)
@@ -37,10 +39,14 @@ def found_terms(
     for _ in range(MOST_TERMS):
         left = left_of(terms, paths, pushes)
         kinds = [effect for effect in SWINGS if effect not in {t.effect for t in terms if isinstance(t, Swing)}]
-        tried: list[Swing | Line] = [best_swing(effect, paths, pushes, left, tried_swings) for effect in kinds]
-        if asks_for_lines:
-            tried.append(best_line(paths, left, below))
-        tried = [one for one in tried if is_there(one, paths)]
+        swings = [best_swing(effect, paths, pushes, left, tried_swings) for effect in kinds]
+        swings = [one for one in swings if is_there(one, paths)]
+        borne = [float(borne_out(one, paths, pushes, contacts).sum()) for one in swings]
+        tried: list[Swing | Line] = (
+            [max(zip(swings, borne, strict=True), key=lambda one: one[0].gain + one[1])[0]] if swings else []
+        )
+        if asks_for_lines and is_there(line := best_line(paths, left, below), paths):
+            tried.append(line)
         if not tried:
             break
         terms.append(max(tried, key=lambda one: _beyond_chance(one, paths)))
@@ -121,8 +127,9 @@ def is_there(one: Swing | Line, paths: Sequence[MeasuredPath]) -> bool:
         return False
     if isinstance(one, Line):
         return True
-    carried = one.effect == "host_ringing"
-    return one.dies_out and not (carried and one.frequency_hz < float(np.median([path.fastest_hz for path in paths])))
+    carried, driven = one.effect == "host_ringing", [path.fastest_hz for path in paths if path.fastest_hz > 0]
+    fastest_hz = float(np.median(driven)) if driven else 0.0
+    return one.dies_out and not (carried and one.frequency_hz < fastest_hz)
 
 
 def chance(one: Swing | Line, paths: Sequence[MeasuredPath]) -> float:

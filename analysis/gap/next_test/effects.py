@@ -18,9 +18,11 @@ from analysis.flights.cutting.run_data import LENS_TERMS
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.fit import ORIGIN
 from analysis.gap.cause import Cause
+from analysis.gap.drive.swings import SWINGS
 from analysis.gap.ladder import Ladder
 from analysis.gap.next_test.recording import Recorded, Rig
 from analysis.gap.next_test.separation import Information
+from analysis.gap.next_test.swings import swing_information
 from analysis.gap.selection.flights.fit import fit, information_of, prior_of
 from analysis.gap.selection.flights.terms import EFFECT_TERMS
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
@@ -38,6 +40,8 @@ SIMULATED = frozenset((*TERMS, "friction_drift", "restitution_drift", "wall_lobe
 def rival_of(ladder: Ladder, cause: Cause, causes: Sequence[Cause]) -> str | None:
     """What one of the ``causes`` is most easily taken for, among effects that another setting may tell from it."""
     named = {c.effect for c in causes}
+    if cause.effect in SWINGS:  # what the path and the wall have settled needs no test
+        return next((name for name in cause.rivals if name in SWINGS), None)
     for names in (TERMS, SHAPES, RESTITUTION_EFFECTS):
         if cause.effect in names:
             ranked = [
@@ -51,6 +55,8 @@ def rival_of(ladder: Ladder, cause: Cause, causes: Sequence[Cause]) -> str | Non
 
 def effect_information(rig: Rig, recorded: Sequence[Recorded], cause: Cause, rival: str) -> Information | None:
     """What recordings say of a cause, its rival unknown; None where that is nothing."""
+    if cause.effect in SWINGS:
+        return swing_information(rig, recorded, cause.effect, rival)
     judge = _flight_information if cause.stage == "flight" else _impact_information
     return judge(rig, recorded, cause.effect, rival)
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from analysis.contact.held_laws import known_at_impacts
 from analysis.flights.cutting.run_data import LENS_TERMS
-from analysis.flights.equation.parameters import INDEX, LAW, LAW_TERMS
+from analysis.flights.equation.parameters import INDEX, LAW_TERMS
 from analysis.flights.evidence import columns_of
-from analysis.flights.fit import ORIGIN, SHARED, FlightFits, fit_flights
+from analysis.flights.fit import ORIGIN, SHARED, FlightFits
 from analysis.gap.cause import Structure
 from analysis.gap.laws.flight_rows import regression_of
 from analysis.gap.laws.found_law import LawFound, Other
@@ -25,14 +25,13 @@ from analysis.gap.laws.impact_rows import (
 )
 from analysis.gap.laws.instead.wall import is_lasting
 from analysis.gap.laws.linear_law import Rows, number_columns
-from analysis.gap.next_test.recording import Recorded, Rig, quantities_of
+from analysis.gap.next_test.recording import Recorded, Rig, fitted, quantities_of
 from analysis.gap.next_test.separation import Information
 from analysis.gap.selection.flights.fit import prior_of
-from analysis.gap.selection.flights.model import run_places
 from analysis.gap.selection.impact_steps import LEAST_IMPACTS
 from analysis.gap.selection.impacts.fit import ImpactFit, fit_impacts
 from ovines.core.effects.written_laws import DRIVE_QUANTITIES
-from ovines.core.laws.terms import MOST_TERMS, Factor, Term
+from ovines.core.laws.terms import Factor, Term
 from ovines.core.refusal import require
 
 Array = NDArray[np.float64]
@@ -96,7 +95,7 @@ def law_information(rig: Rig, recorded: Sequence[Recorded], form: OpenForm) -> l
     in_step = not quantities_of(form.law.rig_law).isdisjoint(DRIVE_QUANTITIES)
     found = "a law in step with the drive, and a Host at rest"
     require(driven or not in_step, found, "a Host that is driven", "take a setting with the drive")
-    fits = [_fitted(rig, one) for one in recorded]
+    fits = [fitted(rig, one) for one in recorded]
     fits = [one for one in fits if len(one.flights)]
     rows = _ROWS[form.law.law.stage](rig, fits, form.law) if fits else None
     return [None if rows is None else _information(rows, form.law, other) for other in form.others]
@@ -112,16 +111,6 @@ def _information(rows: Rows, law: LawFound, other: Other) -> Information:
     unknown = np.nan_to_num(np.column_stack([problem.nuisances, *instead]))
     prior = np.concatenate([problem.prior, np.zeros(unknown.shape[1] - len(problem.prior))])
     return Information.of_rows(moved, unknown, prior, problem.run)
-
-
-def _fitted(rig: Rig, recorded: Recorded) -> FlightFits:
-    """The flights of a simulated recording, fitted with the parameters and laws that it was simulated with."""
-    run, model = recorded.run(rig), rig.flights.model
-    p = model.parameters.copy()
-    p[LAW : LAW + MOST_TERMS] = 0.0
-    p[LAW : LAW + len(rig.held)] = 1.0
-    model = replace(model, parameters=p, drift_per_run=0.0)
-    return fit_flights(run.data, run.flights, model.of_run(run_places([run.data])[0]), model.shared())
 
 
 def _flight_rows(rig: Rig, fits: Sequence[FlightFits], law: LawFound) -> Rows:

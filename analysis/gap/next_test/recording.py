@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 from analysis.comparison.simulated_rig import moved, simulated_wall
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.runs import Run, cut
-from analysis.flights.equation.parameters import INDEX
-from analysis.flights.fit import FlightFits
+from analysis.flights.equation.parameters import INDEX, LAW
+from analysis.flights.fit import FlightFits, fit_flights
 from analysis.gap.cause import Cause
 from analysis.gap.ladder import Ladder
 from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.model import run_places
 from analysis.motion.host_path import HostMotion
 from analysis.walls.wall import Wall
 from ovines.core import FloorFriction, Host, ImpactLaw, Nes, Scenario, SimulationResult, simulate
 from ovines.core.effects import EFFECTS
-from ovines.core.laws.terms import WrittenLaw, rows_of
+from ovines.core.laws.terms import MOST_TERMS, WrittenLaw, rows_of
 
 Array = NDArray[np.float64]
 # Where the impacts are too few to give the contact law: what steel on steel usually shows.
@@ -132,6 +133,16 @@ class Recorded:
         )
         host = np.column_stack([self.host.at(time_s), np.full((n, 4), sd)])
         return cut(made, host, np.arange(n), rig.wall)
+
+
+def fitted(rig: Rig, recorded: Recorded) -> FlightFits:
+    """The flights of a simulated recording, fitted with the parameters and laws that it was simulated with."""
+    run, model = recorded.run(rig), rig.flights.model
+    p = model.parameters.copy()
+    p[LAW : LAW + MOST_TERMS] = 0.0
+    p[LAW : LAW + len(rig.held)] = 1.0
+    model = replace(model, parameters=p, drift_per_run=0.0)
+    return fit_flights(run.data, run.flights, model.of_run(run_places([run.data])[0]), model.shared())
 
 
 class Start(NamedTuple):
