@@ -145,6 +145,23 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     return known
 
 
+def known_after(known: Array, data: LawData, junctions: Junctions, fits: Sequence[FlightFits], later_s: float) -> Array:
+    """What is ``known`` (K, KNOWN_SIZE) at impacts as it will be ``later_s`` after each, of the Host's motion and of
+    what goes with time alone: the disk is left as it is."""
+    later, time_s, state = known.copy(), junctions.time_s[data.at.index], junctions.state[data.at.index]
+    later[:, W.TIME] += later_s
+    later[:, W.SINCE] = np.minimum(known[:, W.SINCE] + later_s, W.LONG_AGO_S)
+    faster = np.zeros((len(data), 2))
+    for r, fit in enumerate(fits):
+        own, host = data.at.run == r, fit.run.host
+        faster[own] = host.at(time_s[own] + later_s, 1)[:, :2] - host.at(time_s[own], 1)[:, :2]
+        later[np.ix_(own, [W.HOST_AX, W.HOST_AY])] = host.at(time_s[own] + later_s, 2)[:, :2]
+        later[np.ix_(own, [W.PHASE, W.CLOCK])] += host.omega_rad_per_s * later_s
+    later[:, [W.UX, W.UY]] -= faster
+    later[:, W.WALL_SPEED] += np.sum(faster * _normals(data, state[:, 9:11] - state[:, 3:5]), 1)
+    return later
+
+
 def _normals(data: LawData, jump: Array) -> Array:
     """Outward normals (K, 2) of the wall, by the impulses along and across it that made each ``jump`` (K, 2) of the
     velocity."""

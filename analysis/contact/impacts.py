@@ -61,7 +61,8 @@ class Junctions:
     continuity (2 degrees);
     ``sideways_m`` what failed to meet across the velocity step; ``run`` and ``flight`` index; ``drive_rad`` phase of
     the drive there and ``drive_start_rad`` at t = 0; ``lean_rad`` (K,) by which a law of the wall's shape turns its
-    normal there, nil where none is known; ``gives`` how the Host answers an impulse: ``host_rate`` is that of the
+    normal there, and ``wall_out_m_per_s`` (K,) with which it moves the wall outwards against the Host, nil where none
+    is known; ``gives`` how the Host answers an impulse: ``host_rate`` is that of the
     middle of its own step."""
 
     state: Array
@@ -76,6 +77,7 @@ class Junctions:
     drive_rad: Array
     drive_start_rad: Array
     lean_rad: Array
+    wall_out_m_per_s: Array
     radius_m: float
     gives: Gives = TOO_HEAVY
 
@@ -204,14 +206,15 @@ def _intersected(fits: tuple[FlightFits, ...]) -> Junctions:
             none,
             none,
             none,
+            none,
             radius,
         )
     state, time, covariance, host, rate, mismatch, sideways, drive, start, run, before = (
         np.array(c) for c in zip(*rows, strict=True)
     )
-    lean = np.zeros(len(rows))
+    nil = np.zeros(len(rows))
     return Junctions(
-        state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, lean, radius, gives
+        state, time, covariance, host, rate, mismatch, sideways, run, before, drive, start, nil, nil, radius, gives
     )
 
 
@@ -406,7 +409,7 @@ def _evaluate(
     def at_contact(side: Array, rate: Array) -> tuple[Array, Array]:
         velocity = side[:, 3:5] + side[:, 5:6] * np.stack([-lever[:, 1], lever[:, 0]], -1)
         velocity = velocity - rate[:, :2] - rate[:, 3:4] * np.stack([-out[:, 1], out[:, 0]], -1)
-        return np.sum(velocity * er, -1), np.sum(velocity * et, -1)
+        return np.sum(velocity * er, -1) - junctions.wall_out_m_per_s, np.sum(velocity * et, -1)
 
     normal_before, tangential_before = at_contact(before, junctions.host_rate - half)
     normal_after, tangential_after = at_contact(after, junctions.host_rate + half)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from analysis.contact.held_laws import known_at_impacts
+from analysis.contact.held_laws import known_after, known_at_impacts
 from analysis.contact.restitution import RESTITUTION_EFFECTS, restitution_design
 from analysis.flights.fit import FlightFits
 from analysis.gap.cause import Structure
@@ -41,13 +43,20 @@ from analysis.gap.thresholds import IMPACT_GAIN
 from analysis.motion.rig_frame import RigFrame
 from analysis.walls.outlines import LEAN_STEP_RAD, MOST_LEAN_RAD
 from ovines.core.laws import words as W
-from ovines.core.laws.terms import WrittenLaw
+from ovines.core.laws.terms import Factor, WrittenLaw
 
+Array = NDArray[np.float64]
 FEWEST_IMPACTS = 20
 # Impacts that had counted as gross, from which on a law that explains them is chosen once more.
 FEWEST_REGAINED = 5
 # A law is chosen so often more at the most, each time with the sides that the last one gives the impacts.
 CHOSEN_AGAIN = 3
+# Quantities that change by themselves while the disk stays where it is, or not at all; the step (s) of their rates.
+MOVES_WITH = re.compile(
+    "host_|wall_speed|time$|phase$|clock$|since|run$|blows$|recent_|blows_here|last_|swing|ovalling|breathing|twist|"
+    "azimuth$|turning_azimuth$|at_cylinder$"
+)
+TIME_STEP_S = 1e-5
 #: what acts on each coordinate of an impact
 ACTS_ON = {
     "normal": ("restitution",),
@@ -236,7 +245,7 @@ def reported_wall_law(
 
 def leaning_wall(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) -> ImpactFit:
     """The same impacts at the wall that a ``law`` of its shape tells, whose normal leans by -r'/r, as of any wall that
-    is nearly round."""
+    is nearly round, and which moves as the law says in time."""
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
     at = impacts.data.at.index
     on_cylinder = impacts.wall.wall.on_cylinder(impacts.wall.impacts.surface[at])
@@ -252,7 +261,29 @@ def leaning_wall(law: LawFound, impacts: ImpactFit, fits: Sequence[FlightFits]) 
     reach_m, lean_rad = np.zeros(len(impacts.junctions)), np.zeros(len(impacts.junctions))
     reach_m[at] = reaches[1]
     lean_rad[at] = np.where(on_cylinder, 0.0, -rise / known[:, W.CONTACT_RADIUS])
-    return with_leaning_wall(impacts, fits, reach_m, np.clip(lean_rad, -MOST_LEAN_RAD, MOST_LEAN_RAD))
+    lean_rad = np.clip(lean_rad, -MOST_LEAN_RAD, MOST_LEAN_RAD)
+    out_m_per_s = np.zeros(len(impacts.junctions))
+    out_m_per_s[at] = _outwards(law.rig_law, impacts, known, fits, on_cylinder)
+    return with_leaning_wall(impacts, fits, reach_m, lean_rad, out_m_per_s)
+
+
+def _outwards(
+    law: WrittenLaw, impacts: ImpactFit, known: Array, fits: Sequence[FlightFits], on_cylinder: NDArray[np.bool_]
+) -> Array:
+    """How fast (K,; m/s) a law of its shape moves the wall outwards at each impact, by those of its terms that follow
+    the Host's motion, the time, or what earlier blows have done: what follows the blow itself is no motion."""
+    moving = WrittenLaw(tuple(term for term in law.terms if all(_moves_on(factor) for factor in term.factors)))
+    if not moving.terms:
+        return np.zeros(len(known))
+    sides = [known_after(known, impacts.data, impacts.junctions, fits, step) for step in (-TIME_STEP_S, TIME_STEP_S)]
+    before, after = (of_target("contact_radius", moving, one, on_cylinder) for one in sides)
+    assert before is not None and after is not None, "a law of the wall's shape"
+    return (after - before) / (2 * TIME_STEP_S)
+
+
+def _moves_on(factor: Factor) -> bool:
+    """Whether a wall that follows a factor goes on moving by itself, evenly: not by leaps."""
+    return factor.function != "sign" and MOVES_WITH.match(factor.quantity) is not None
 
 
 def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits]) -> tuple[str, ...]:

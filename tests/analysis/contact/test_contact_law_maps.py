@@ -57,6 +57,7 @@ def impacts_of(rng: np.random.Generator, count: int) -> tuple[Impacts, dict[str,
         numbers["drive_rad"],
         numbers["drive_start_rad"],
         none,
+        none,
         RADIUS_M,
     )
     azimuth = rng.uniform(-3, 3, count)

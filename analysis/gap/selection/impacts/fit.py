@@ -141,11 +141,14 @@ def fit_impacts(fits: Sequence[FlightFits], shape: Shape = PLAIN_SHAPE) -> Impac
     return ImpactFit(junctions, wall, data, law, slope, slope_sd, start_s, lasting)
 
 
-def with_leaning_wall(impacts: ImpactFit, fits: Sequence[FlightFits], reach_m: Array, lean_rad: Array) -> ImpactFit:
-    """The same impacts at a wall that a law of its shape moves outwards by ``reach_m`` (J,) and turns by ``lean_rad``
-    (J,) at each junction: the wall and the disk's own centre beside the law, what is normal and what is tangential of
-    the velocities, and the nominal law."""
-    junctions, run = replace(impacts.junctions, lean_rad=lean_rad), fits[0].run
+def with_leaning_wall(
+    impacts: ImpactFit, fits: Sequence[FlightFits], reach_m: Array, lean_rad: Array, out_m_per_s: Array
+) -> ImpactFit:
+    """The same impacts at a wall that a law of its shape moves outwards by ``reach_m`` (J,), turns by ``lean_rad`` (J,)
+    and lets go on outwards with ``out_m_per_s`` (J,) at each junction: the wall and the disk's own centre beside the
+    law, what is normal and what is tangential of the velocities against it, and the nominal law."""
+    junctions = replace(impacts.junctions, lean_rad=lean_rad, wall_out_m_per_s=out_m_per_s)
+    run = fits[0].run
     first = measure(junctions, impacts.wall.wall)
     finite = [np.maximum(first.of("normal_before"), 0)] if np.isfinite(impacts.contact_slope_sd_s) else []
     beside = np.column_stack([reach_m, *finite])
