@@ -272,9 +272,10 @@ def _outwards(
 ) -> Array:
     """How fast (K,; m/s) a law of its shape moves the wall outwards at each impact, by those of its terms that follow
     the Host's motion, the time, or what earlier blows have done: what follows the blow itself is no motion."""
-    moving = WrittenLaw(tuple(term for term in law.terms if all(_moves_on(factor) for factor in term.factors)))
-    if not moving.terms:
+    terms = tuple(term for term in law.terms if term.factors and all(_moves_on(factor) for factor in term.factors))
+    if not terms:
         return np.zeros(len(known))
+    moving = WrittenLaw(terms)
     sides = [known_after(known, impacts.data, impacts.junctions, fits, step) for step in (-TIME_STEP_S, TIME_STEP_S)]
     before, after = (of_target("contact_radius", moving, one, on_cylinder) for one in sides)
     assert before is not None and after is not None, "a law of the wall's shape"
