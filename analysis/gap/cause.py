@@ -48,7 +48,7 @@ class Cause:
     """One accepted effect: where it lies, parameters (value, sd), how many times its negligible size it is, its gain.
 
     ``rivals``: effects that explain the same residual as well as this one does, in these data; ``by_run``: what each
-    run says of an effect of the measurement."""
+    run says of an effect of the measurement; ``instead``: the best formula in its place that is no effect's."""
 
     effect: str
     stage: str
@@ -59,6 +59,16 @@ class Cause:
     phase: str
     rivals: tuple[str, ...] = ()
     by_run: ByRun | None = None
+    instead: Instead | None = None
+
+
+@dataclass(frozen=True)
+class Instead:
+    """A ``formula`` in the place of a name, and what it says ``more`` of runs held out, the price of its unknowns taken
+    off (fall of -2 log L; below 0 where it says less)."""
+
+    formula: str
+    more: float
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.contact.restitution import RESTITUTION_EFFECTS
 from analysis.flights.fit import FlightFits
-from analysis.gap.cause import Structure
+from analysis.gap.cause import Cause, Instead, Structure
 from analysis.gap.ladder import Ladder, with_contacts_of, with_leaning_wall
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_law
 from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
@@ -26,7 +27,7 @@ from analysis.gap.laws.impact_law import (
     needless_beside,
 )
 from analysis.gap.laws.instead.flights import flight_law_beyond, flight_law_instead
-from analysis.gap.laws.instead.impacts import restitution_law_instead, without_effects
+from analysis.gap.laws.instead.impacts import RestitutionInstead, restitution_law_instead, without_effects
 from analysis.gap.laws.instead.wall import is_lasting, wall_law_instead
 from analysis.gap.named_laws import NamedPart, effect_of_restitution, named_part, with_named_contact_law, with_named_law
 from analysis.gap.selection.flight_steps import FlightSteps
@@ -39,6 +40,7 @@ from analysis.gap.thresholds import (
     ELLIPTICITY_UNDER_LENS,
     LAW_LEAST_CLOSED,
 )
+from ovines.core.laws.formula import as_text
 
 #: coordinate of an impact that a law's target is one of
 COORDINATES = {target: coordinate for coordinate, targets in ACTS_ON.items() for target in targets}
@@ -221,12 +223,27 @@ def _impact_law(
             law, structure, ladder = again, rest, fewer
     left = [one for one in ladder.structure if one.stage == "impact"]
     instead = restitution_law_instead(law, ladder.impacts, fits, ladder.series.frame, rng, left)
-    if instead is not None:
-        fewer = _without(ladder, instead[1])
-        alone, rest = (instead[0], ()) if asked else _believed_impact_law(instead[0], fewer, fits)
+    if instead is not None and instead.replaces:
+        fewer = _without(ladder, instead.steps)
+        alone, rest = (instead.law, ()) if asked else _believed_impact_law(instead.law, fewer, fits)
         if alone is not None and alone.closed > LAW_LEAST_CLOSED:
             return alone, rest, fewer
+    elif instead is not None and law is None:
+        ladder = _with_formula_beside(ladder, instead)
     return law, structure, ladder
+
+
+def _with_formula_beside(ladder: Ladder, instead: RestitutionInstead) -> Ladder:
+    """The ladder whose effects of the restitution know the formula that might stand in their place."""
+    formula = Instead(as_text(instead.law.law), instead.more)
+    needed = {cause.effect for cause in instead.steps.causes}
+
+    def knows(cause: Cause) -> Cause:
+        replaced = cause.effect in RESTITUTION_EFFECTS and cause.effect not in needed
+        return replace(cause, instead=formula) if replaced else cause
+
+    impacts = replace(ladder.impacts, causes=tuple(map(knows, ladder.impacts.causes)))
+    return replace(ladder, impacts=impacts, causes=tuple(map(knows, ladder.causes)))
 
 
 def _without(ladder: Ladder, impacts: ImpactSteps) -> Ladder:

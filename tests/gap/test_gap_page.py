@@ -11,13 +11,14 @@ import pytest
 
 from analysis.contact.held_laws import known_at_impacts
 from analysis.flights.equation.model import GRAVITY_M_PER_S2
-from analysis.gap.cause import Cause
+from analysis.gap.cause import Cause, Instead
 from analysis.gap.diagnose import diagnose
 from analysis.gap.page.figures.flights import flight_panels
 from analysis.gap.page.figures.impact_ranking import _gains
 from analysis.gap.page.figures.impacts import impact_panels
 from analysis.gap.page.figures.panels import binned
 from analysis.gap.page.figures.paths import chosen_flight, flight_errors, in_host, paths_of
+from analysis.gap.page.first_screen import verdict_card
 from analysis.gap.page.gap_page import gap_page
 from analysis.gap.page.laws import _plain_symbol
 from analysis.gap.page.tables import stage_rows
@@ -29,6 +30,7 @@ from analysis.gap.selection.flights.missing_acceleration import LONG, missing_ac
 from analysis.gap.selection.impacts.floor import impact_floor
 from analysis.gap.series import from_motions
 from analysis.report.numbers import percent
+from analysis.report.page import Page
 from ovines.core.effects import EFFECTS
 from ovines.core.laws import words as W
 from ovines.core.laws.targets import TARGETS
@@ -115,6 +117,35 @@ def test_where_a_law_was_written_something_is_left(tilted):
     without, beside = (probabilities(ladder, ladder.causes, entries, 0.9, p) for p in ((), (1e-6,)))
     assert without["unknown"] < 0.2 and beside["unknown"] > 0.95
     assert all(beside[name] == without[name] for name in without if name not in ("unknown", "none"))
+
+
+def test_a_formula_that_fits_as_well_shares_the_probability_of_the_name_it_may_replace(tilted):
+    """Never more than half of it: where it says clearly more, it stands in the name's place."""
+    ladder, entries = tilted[0].ladder, tilted[0].summary["detectable"]
+    (cause,) = ladder.causes
+
+    def likely(more):
+        causes = [replace(cause, instead=Instead("restitution += -0.1 * approach", more))]
+        return probabilities(ladder, causes, entries, 0.9)
+
+    plain, much, equal, little = (
+        probabilities(ladder, ladder.causes, entries, 0.9), likely(9.0), likely(0.0), likely(-10.0)
+    )  # fmt: skip
+    assert plain[cause.effect] > 0.99 and plain["unknown"] < 0.2 and plain["none"] < 0.01
+    assert much == equal and equal[cause.effect] == pytest.approx(0.5 * plain[cause.effect], abs=1e-3)
+    assert equal["unknown"] == pytest.approx(equal[cause.effect], abs=1e-3) and equal["none"] < 0.01
+    assert little[cause.effect] > 0.99 * plain[cause.effect] and little["unknown"] == plain["unknown"]
+
+
+def test_the_page_shows_a_formula_that_fits_as_well_as_a_name(tilted):
+    diagnosis = tilted[0]
+    (cause,) = diagnosis.ladder.causes
+    formula = "restitution += -0.1 * approach"
+    for more, is_shown in ((-1.0, True), (-20.0, False)):
+        causes = (replace(cause, instead=Instead(formula, more)),)
+        page = Page("a tilted table", "gap")
+        verdict_card(page, replace(diagnosis, ladder=replace(diagnosis.ladder, causes=causes)))
+        assert (formula in " ".join(page.cards[0].details)) is is_shown
 
 
 def test_what_a_written_law_predicts_is_no_noise(tilted):

@@ -10,6 +10,7 @@ from analysis.gap.ladder import Ladder
 from analysis.gap.page.figures.measured import direct_shrinkage
 from analysis.gap.page.tables import chance
 from analysis.gap.page.words import STAGES, bare, meaning, parameter_words, plain, shown_interval
+from analysis.gap.thresholds import EQUIVALENT
 from analysis.report.numbers import MISSING, percent, with_unit
 from analysis.report.page import Page, Status
 
@@ -75,6 +76,12 @@ def verdict_card(page: Page, diagnosis: Diagnosis) -> None:
             if others
             else "No other effect of the library fits these data as well."
         )
+    details += [
+        f"{plain(one.effect)}: a formula that is no effect's fits as well, so do not rely on the form outside the "
+        f"speeds, places and times recorded: {one.instead.formula}."
+        for one in ladder.causes
+        if one.instead is not None and one.instead.more > -EQUIVALENT
+    ]
     if summary["left"]:
         details.append(
             "Besides, something is left that the library has no name for."

@@ -2,7 +2,8 @@
 
 Before the data an effect is absent with :data:`ABSENT`, else of any size from a tenth to a hundred times negligible,
 every decade alike.  What the data say of its size is its estimate with the sd that noise and the runs' disagreement
-give.  Effects that these data cannot tell apart share theirs as their held-out gains say.
+give.  Effects that these data cannot tell apart share theirs as their held-out gains say, and so do an effect and a
+formula in its place that nobody has listed.
 """
 
 from __future__ import annotations
@@ -65,6 +66,7 @@ def probabilities(
     """By effect, and ``none`` and ``unknown``; ``seen``: the share of what may be left that this series shows,
     ``by_chance``: how often chance would find laws as good as those that were written for it."""
     out: dict[str, float] = {}
+    unlisted, nothing = 0.0, 1.0  # a formula in the place of a name; none of the causes
     for cause in causes:
         sd = cause.strength / np.sqrt(max(cause.gain, 1.0))
         rivals = {g.term.name: g.held_out for g in ladder.flights.gains} | {
@@ -75,11 +77,15 @@ def probabilities(
         weights = {cause.effect: 1.0} | {
             r: float(np.exp(0.5 * min(rivals.get(r, best) - best, 0.0))) for r in cause.rivals
         }
-        total = sum(weights.values())
+        # The best of hundreds says somewhat more by chance: as likely as the name, not likelier, until it replaces it.
+        other = 0.0 if cause.instead is None else float(np.exp(0.5 * min(cause.instead.more, 0.0)))
+        total = sum(weights.values()) + other
         for name, weight in weights.items():
             out[name] = max(out.get(name, 0.0), whole * weight / total)
+        unlisted, nothing = max(unlisted, whole * other / total), nothing * (1 - whole)
     clear = {g.term.name: (g.significance, g.held_out) for g in ladder.flights.left}
     clear |= {g.name: (g.significance, 0.0) for g in ladder.impacts.left}
+    known = set(out)
     for effect, entry in detectable.items():
         if effect not in out and entry["measured"] is not None:
             size, sd = entry["measured"], entry["measured_sd"]
@@ -91,6 +97,7 @@ def probabilities(
             out[effect] = probability_of(0.0, entry["size"] / 5, entry["size"])
     p = min([ladder.left_p, *by_chance])
     left = probability_of_left(p, seen)
-    none = float(np.prod([1 - min(p, 1.0) for p in out.values()]) * (1 - left))
-    out |= {"unknown": left, "none": none}
+    beside = [1 - min(probability, 1.0) for name, probability in out.items() if name not in known]
+    none = float(nothing * np.prod(beside) * (1 - left))
+    out |= {"unknown": max(left, unlisted), "none": none}
     return {name: float(round(p, 4)) for name, p in out.items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,23 @@ Array = NDArray[np.float64]
 UNKNOWNS = 2
 
 
+@dataclass(frozen=True, eq=False)
+class RestitutionInstead:
+    """A ``law`` in the place of effects of the restitution, the ``steps`` with those that are needed beside it, and by
+    how much ``more`` than they it explains of runs held out (fall of -2 log L less the price of its unknowns); in their
+    place it must explain ``least``."""
+
+    law: LawFound
+    steps: ImpactSteps
+    more: float
+    least: float
+
+    @property
+    def replaces(self) -> bool:
+        """Whether it stands in their place."""
+        return self.more >= self.least
+
+
 def restitution_law_instead(
     law: LawFound | None,
     steps: ImpactSteps,
@@ -37,10 +54,10 @@ def restitution_law_instead(
     frame: RigFrame,
     rng: np.random.Generator,
     left: Sequence[Structure] = (),
-) -> tuple[LawFound, ImpactSteps] | None:
-    """A formula that says as much of impacts held out as a ``law`` and the effects of the restitution beside it, by no
-    more unknowns, or clearly more than these effects alone where there is no law; and the steps with those effects that
-    are needed beside it.  None where there is none."""
+) -> RestitutionInstead | None:
+    """The best formula of the restitution without its named effects: in their place it must say as much of impacts held
+    out as a ``law`` and these beside it, by no more unknowns, or clearly more than these alone where there is no law.
+    None where there is none that is no effect's own."""
     impacts, named = steps.fitted, [c.effect for c in steps.causes if c.effect in RESTITUTION_EFFECTS]
     if impacts is None or (law is not None and not _of_restitution(law)):
         return None
@@ -61,7 +78,7 @@ def restitution_law_instead(
     cost, cost_alone = _costs(impacts, fits, ((law, steps), (alone, fewer)))
     simpler = _own_part(alone)[1] < UNKNOWNS * (len(steps.restitution_terms) - len(fewer.restitution_terms))
     least = 0.0 if law is not None else AS_GOOD if simpler else OUTDOES
-    return (alone, fewer) if cost_alone <= cost - least else None
+    return RestitutionInstead(alone, fewer, cost - cost_alone, least)
 
 
 def without_effects(steps: ImpactSteps, names: Sequence[str]) -> ImpactSteps:
