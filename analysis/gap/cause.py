@@ -30,6 +30,8 @@ OWN_WAY = "the way that each marker goes: it is seen behind where it is"
 BESIDE = "the frames before and after each"
 #: what one ends with of markers that do not go with the Host
 SEEN_HOST = "the Host is seen beside where it is"
+#: ... that lean as it goes
+TILTING_HOST = "the Host's markers tilt"
 #: what one ends with of a clock: that of all cameras, or that of one against the other
 CLOCKS = ("all cameras are late by a time that changes", "the delay of a camera changes")
 #: what markers have in their words that lie on their body otherwise than stated

@@ -18,6 +18,7 @@ from analysis.gap.cause import (
     OWN_WAY,
     SEEN_HOST,
     THAN_STATED,
+    TILTING_HOST,
 )
 from ovines.core.effects import EFFECTS
 from ovines.core.effects.effect import Words
@@ -126,6 +127,13 @@ RULES = (
         "{goes_with}. Press against the plate or the posts that carry them and look what gives: pads, tape, a screw. "
         "Glue the markers to the ring itself, or fix their plate, and diagnose once more: nothing of it is left then. "
         + UNTIL_DONE,
+    ),
+    Rule(
+        ends=TILTING_HOST,
+        by_hand="The Host's markers rise on one side and sink on the other. What tilts them goes with {goes_with}. "
+        "Put a finger on each edge of their plate while the shaker runs, and a marker on the shaker's own table, low "
+        "beside the ring: if that tilts alike, the table nods, and guides or a lower mass mend it; if not, the plate's "
+        "spacers give. " + UNTIL_DONE,
     ),
     Rule(
         holds=THAN_STATED,

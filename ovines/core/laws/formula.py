@@ -8,6 +8,7 @@ from ovines.core.laws.targets import (
     BOARDS,
     DIRECTED,
     HOST_PLACE,
+    HOST_TILT,
     MARKER_NEIGHBOUR,
     MARKER_WAY,
     NES_PLACE,
@@ -53,6 +54,7 @@ CHANGES = {
     "nes_place": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
     "nes_place_outwards": (r"\Delta\vec x_{\mathrm{NES}}", "place where the NES is seen +="),
     "host_place": (r"\Delta\vec x_{\mathrm{Host}}", "place where the Host is seen +="),
+    "host_tilt": (r"\Delta\nabla z_{\mathrm{Host}}", "tilt of the Host's markers +="),
     "nes_card": (r"\Delta\vec s_{\mathrm{NES}}", "place of all markers of the NES +="),
     "nes_card_turn": (r"\Delta\psi_{\mathrm{NES}}", "turn of all markers of the NES +="),
     "marker_way": (r"\Delta\vec x_m", "place of every marker +="),
@@ -82,6 +84,7 @@ WAYS = dict(zip(BOARDS, ("place_along", "distance^2 * place_from"), strict=True)
 DIRECTIONS = {
     "nes_place": "direction",
     HOST_PLACE: "direction",
+    HOST_TILT: "direction",
     "nes_card": "body_direction",
     MARKER_WAY: "own_way",
     MARKER_NEIGHBOUR: "step",

@@ -156,6 +156,10 @@ TARGETS: dict[str, Target] = {
                 "the place of every marker of Host and NES, by a share of its step to where it is some time later or "
                 "was before: tracks that were smoothed",
             ),
+            (
+                "host_tilt", "1", r"\vec e_{\varphi}", "angle", "measurement",
+                "how much the Host's markers rise per way along a direction in the room",
+            ),
         )
     )
 }  # fmt: skip
@@ -172,6 +176,8 @@ NES_PLACE = ("nes_place", "nes_place_outwards")
 NES_CARD = ("nes_card", "nes_card_turn")
 #: target of the place where the Host is seen
 HOST_PLACE = "host_place"
+#: ... and of how its markers lean
+HOST_TILT = "host_tilt"
 #: every marker along its own way, and a share of every marker's way from where it is to where it is some time later or
 #: was before
 MARKER_WAY, MARKER_NEIGHBOUR = "marker_way", "marker_neighbour"

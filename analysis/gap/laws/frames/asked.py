@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.gap.cause import BESIDE, CLOCKS, OWN_WAY, SEEN_HOST, Structure
+from analysis.gap.cause import BESIDE, CLOCKS, OWN_WAY, SEEN_HOST, TILTING_HOST, Structure
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.flight_law import force_gain
@@ -23,6 +23,7 @@ from analysis.gap.laws.frames.bodies.card import find_card_law
 from analysis.gap.laws.frames.bodies.own_way import find_way_law
 from analysis.gap.laws.frames.bodies.seen_disk import find_seen_disk_law
 from analysis.gap.laws.frames.bodies.seen_host import find_seen_host_law
+from analysis.gap.laws.frames.bodies.tilt import LEAST_TILT, find_tilt_law
 from analysis.gap.laws.frames.changed_pictures import changed_picture_laws
 from analysis.gap.laws.frames.corrected import without_frame_laws
 from analysis.gap.laws.frames.delay import TARGET as DELAY
@@ -91,7 +92,7 @@ def measurement_laws(
     now = _frame_laws(_drifting_clock(now, rng, withheld), rng, withheld)
     if reported:
         now = _disk_picture_law(now, rng, withheld)
-    for step in (_marker_laws, _clock_law, _card_law):
+    for step in (_marker_laws, _tilt_law, _clock_law, _card_law):
         now = step(now, rng, withheld)
     if not now.laws:
         return (), ladder
@@ -146,6 +147,15 @@ def _marker_laws(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) 
         return now
     moves = [_structure(one, loose_m(now.series), "{}: a marker moves on its body") for one in found]
     return now.with_laws(found, run_ladder(corrected, rng, withheld)).reported_or(moves)
+
+
+def _tilt_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _Now:
+    """With the law by which the Host's markers tilt: flights and places hardly know of it."""
+    law = find_tilt_law(now.series, rng.spawn(1)[0])  # what is found after it hangs on no law that is not
+    if law is None or believed(law, law.size, LEAST_TILT) is None:
+        return now
+    again = run_ladder(without_frame_laws(now.series, [law.law]), rng, withheld)
+    return now.with_laws([law], again, [_structure(law, LEAST_TILT, "{}: " + TILTING_HOST, "1")])
 
 
 def _clock_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _Now:

@@ -17,6 +17,7 @@ from analysis.gap.laws.frames.bodies.own_way import without_way
 from analysis.gap.laws.frames.bodies.seen_disk import without_seen_disk
 from analysis.gap.laws.frames.bodies.seen_host import without_seen_host
 from analysis.gap.laws.frames.bodies.sharpened import without_neighbours
+from analysis.gap.laws.frames.bodies.tilt import without_tilt
 from analysis.gap.laws.frames.evidence.known import known_frames
 from analysis.gap.laws.frames.evidence.rows import key_of, size_of
 from analysis.gap.series import Series, with_times, with_tracks
@@ -27,6 +28,7 @@ from ovines.core.laws.targets import (
     BOARDS,
     CLOCK,
     HOST_PLACE,
+    HOST_TILT,
     MARKER_NEIGHBOUR,
     MARKER_WAY,
     NES_CARD,
@@ -50,6 +52,7 @@ _MOVED: tuple[tuple[Sequence[str], Callable[[Series, Sequence[Term]], Series]], 
     (NES_PLACE, without_seen_disk),
     (NES_CARD, without_card),
     ((HOST_PLACE,), without_seen_host),
+    ((HOST_TILT,), without_tilt),
 )
 
 

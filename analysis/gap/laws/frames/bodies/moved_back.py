@@ -16,7 +16,7 @@ from analysis.gap.series import Series, with_points
 from ovines.errors import InputError
 
 Array = NDArray[np.float64]
-#: how far (N, 2; m) in the room a marker has been moved at times (N,; s)
+#: how far (N, 2 or, with its height, 3; m) in the room a marker has been moved at times (N,; s)
 Way = Callable[[Array], Array]
 
 
@@ -59,7 +59,7 @@ def _moved_back(
     way: Way,
 ) -> tuple[pd.DataFrame, pd.DataFrame | None]:
     """Points and tracks of a run with a ``marker`` back from where ``way`` of its times (N,; s) has moved it in the
-    room (N, 2; m)."""
+    room (N, 2 or 3; m)."""
     here = (points["marker"] == marker).to_numpy()
     seen = points[here]
     if not len(seen):
@@ -68,15 +68,15 @@ def _moved_back(
     if tracks is not None and series.cameras is not None:
         tracks = _tracks_moved(tracks, series, seen, gone)
     points = points.copy()
-    points.loc[here, ["x_m", "y_m"]] -= gone
+    points.loc[here, ["x_m", "y_m", "z_m"][: gone.shape[1]]] -= gone
     return points, tracks
 
 
 def _tracks_moved(tracks: pd.DataFrame, series: Series, seen: pd.DataFrame, way: Array) -> pd.DataFrame:
-    """Tracks whose marker ``seen`` as points has not gone its ``way`` (N, 2; m)."""
+    """Tracks whose marker ``seen`` as points has not gone its ``way`` (N, 2 or 3; m)."""
     assert series.cameras is not None
     place = seen[["x_m", "y_m", "z_m"]].to_numpy(float)
-    still = place - np.column_stack([way, np.zeros(len(way))])
+    still = place - np.column_stack([way, np.zeros((len(way), 3 - way.shape[1]))])
     moved = tracks.copy()
     for camera in series.cameras:
         by_frame = pd.DataFrame(camera.project(place) - camera.project(still), index=seen["frame"].to_numpy())
