@@ -44,6 +44,9 @@ def drive_steps(
     if not paths:
         return steps, series
     contacts = Contacts.of(fits)
+    if not all(np.array_equal(run.data.time_s, fit.run.time_s) for run, fit in zip(series.runs, fits, strict=True)):
+        # Frames that the Host's path has put in their time are where its drive alone would have them: so is the disk.
+        contacts = contacts.at(np.zeros(len(contacts.run), bool))
     swings, lines = found_terms(paths, pushes, series.runs, contacts)
     steps = replace(steps, paths=tuple(paths), swings=tuple(swings), lines=tuple(lines))
     steps = judged(steps, series, contacts, withheld, ground_moves)

@@ -281,6 +281,7 @@ def searches(monkeypatch):
         monkeypatch.setattr(of_measurement, "find_disk_picture_laws", lambda series, rng: list(picture))
         monkeypatch.setattr(of_measurement, "find_clock_law", lambda series, rng: clock or (None, series))
         monkeypatch.setattr(of_measurement, "typical_misfit", lambda series: misfits.get(series, 1.17))
+        monkeypatch.setattr(of_measurement, "_tilt_law", lambda now, rng, withheld: now)
         monkeypatch.setattr(of_measurement, "_card_law", lambda now, rng, withheld: now)
         monkeypatch.setattr(
             of_measurement, "run_ladder", lambda series, rng, withheld: asked(misfits[series], measured=series)
