@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from analysis.blind.plant.wall.motion import PLAY_M_PER_S2
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
@@ -144,7 +145,11 @@ def test_play_in_its_seat_is_no_contact_that_lasts(loaded, without_flight_laws):
     _, series = loaded("unknown_seat_play", 0.9, 2)
     laws, ladder = laws_and_ladder(series)
     (law,) = [one for one in laws if one.law.stage == "geometry"]
-    assert [factor.quantity for factor in law.law.terms[0].factors] == ["host_acceleration_outwards"], as_text(law.law)
+    ((thrown, side),) = [term.factors for term in law.rig_law.terms]
+    assert (thrown.quantity, thrown.function, side.quantity, side.function) == (
+        "host_acceleration_along", "tanh", "azimuth", "cosine",
+    ), as_text(law.law)  # fmt: skip
+    assert thrown.scale == pytest.approx(PLAY_M_PER_S2, rel=0.1)
     assert law.closed > 0.9
     assert "finite_contact_time" not in {cause.effect for cause in ladder.causes} and not ladder.impacts.shape.finite
 

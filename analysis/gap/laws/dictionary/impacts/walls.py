@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.laws.dictionary.between_runs import wall_between
-from analysis.gap.laws.dictionary.candidate import Candidate, waves
+from analysis.gap.laws.dictionary.candidate import QUARTER, Candidate, waves
 from analysis.gap.laws.dictionary.impacts.around import IN_STEP, around, creeping, in_step, spaced, swaying
 from analysis.gap.laws.dictionary.impacts.law import SCALES
 from analysis.gap.laws.dictionary.impacts.memory import (
@@ -25,7 +25,7 @@ from analysis.gap.laws.dictionary.impacts.memory import (
     worn,
 )
 from analysis.gap.laws.dictionary.modulated import WEARS, Carrier, fixed, with_scale
-from analysis.gap.laws.dictionary.parts import plain, scaled
+from analysis.gap.laws.dictionary.parts import SCALE_STEP, plain, scaled
 from analysis.gap.laws.dictionary.uneven import of_impacts_uneven, uneven
 from ovines.core.laws import words as W
 from ovines.core.laws.terms import Factor, Term
@@ -55,6 +55,8 @@ _FOLLOWED = (
     ("the wall's own speed", Factor("wall_speed")), ("the recent blow", Factor("last_approach")),
     ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
 )  # fmt: skip
+# Shares of the usual acceleration at which a ring with play lies near its stop.
+THROWN = (0.25, 0.7)
 # Directions in which a clamped ring is squashed first.
 SQUASHED = 6
 # Share of the run in which a wall settles; quantiles of the time at which it changes at once.
@@ -84,6 +86,23 @@ def _squashed() -> list[Candidate]:
         *(Candidate(f"{WORD} of a ring clamped at one side", clamped, (a,), (STEP_RAD,), (False,)) for a in angles),
         plain(f"{WORD} of a ring that is squashed", *(Term(TARGET, 1.0, (one,)) for one in squares)),
     ]
+
+
+def _thrown(known: Array) -> list[Candidate]:
+    """A ring that lies in its seat with play, along the drive or across it: the Host's acceleration throws it to either
+    side, the sooner the less holds it."""
+    out = []
+    for way_rad, at in ((0.0, W.HOST_AX), (QUARTER, W.HOST_AY)):
+        usual = float(np.median(np.abs(known[:, at]))) if len(known) else 0.0
+        side = Factor("azimuth", "cosine", 1.0, x=way_rad)
+
+        def thrown(held: float, side: Factor = side, way_rad: float = way_rad) -> tuple[Term, ...]:
+            return (Term(TARGET, 1.0, (Factor("host_acceleration_along", "tanh", 1.0, held, 0.0, way_rad), side)),)
+
+        name = f"{WORD} of a ring that is thrown in its seat, along {way_rad:.2g} rad"
+        sizes = [share * usual for share in THROWN if usual > 0]
+        out += [Candidate(name, thrown, (size,), (SCALE_STEP,), (True,)) for size in sizes]
+    return out
 
 
 def _shapes_that_change(known: Array) -> list[Candidate]:
@@ -168,7 +187,7 @@ def _moving(known: Array) -> list[Candidate]:
     out += swinging(f"{WORD} of a ring that blows make wider", TARGET, BREATHING[:1], known)
     out.append(plain(f"{WORD} with the number of blows before", Term(TARGET, 1.0, (Factor("blows"),))))
     out += scaled(f"{WORD} that the blows wear off", TARGET, ("blows", "exponential", 1.0), WEARS)
-    out += _squashed()
+    out += [*_squashed(), *_thrown(known)]
     return out
 
 
@@ -216,6 +235,8 @@ def _followed(known: Array) -> list[Candidate]:
     for name, column, form in (
         ("the slip, ending", W.SLIP, ("slip", "decay", 1.0)),
         ("the approach speed, ending", W.APPROACH, ("approach", "exponential", 1.0)),
+        ("the spin, up to an end", W.SPIN, ("spin", "rational", 2.0)),
+        ("the spin, ending", W.SPIN, ("spin", "decay", 1.0)),
         ("the approach speed of the contact before, up to an end", W.LAST_APPROACH, ("last_approach", "rational", 2.0)),
     ):
         sizes = np.quantile(np.abs(known[:, column]), SCALES[1:]).tolist() if len(known) else []
