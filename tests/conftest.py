@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -42,8 +43,9 @@ def drawn(count: int) -> settings:
 
 
 def pytest_addoption(parser):
-    """`--all`: the whole suite with its further cases."""
+    """`--all`: the whole suite with its further cases; `--turn K`: with one of :data:`TURNS` parts of these."""
     parser.addoption("--all", action="store_true", dest="all_cases", help="all tests with all their cases")
+    parser.addoption("--turn", type=int, metavar="K", help=f"besides, the further cases whose turn of {TURNS} it is")
 
 
 def pytest_collection_modifyitems(config, items):
@@ -51,20 +53,24 @@ def pytest_collection_modifyitems(config, items):
     named = any(Path(arg.partition("::")[0]).resolve() not in SUITE for arg in config.args)
     if named or config.option.keyword or config.option.markexpr != WHOLE or config.option.all_cases:
         return
-    items[:], further = without_further(items)
+    items[:], further = without_further(items, config.option.turn)
     config.hook.pytest_deselected(items=further)
 
 
-def without_further(items: Sequence[pytest.Item]) -> tuple[list[pytest.Item], list[pytest.Item]]:
+def without_further(
+    items: Sequence[pytest.Item], turn: int | None = None
+) -> tuple[list[pytest.Item], list[pytest.Item]]:
     """Without those that are marked `further`, and of a test that is marked `others_further` without all cases but the
-    first; and these.
+    first, unless it is their ``turn``; and these.
     """
     begun, kept, further = set[str](), list[pytest.Item](), list[pytest.Item]()
     for item in items:
         test = item.nodeid.partition("[")[0]
         another = item.get_closest_marker("others_further") is not None and test in begun
         begun.add(test)
-        (further if another or item.get_closest_marker("further") is not None else kept).append(item)
+        is_further = another or item.get_closest_marker("further") is not None
+        has_turn = turn is not None and zlib.crc32(item.nodeid.encode()) % TURNS == turn % TURNS
+        (further if is_further and not has_turn else kept).append(item)
     return kept, further
 
 
@@ -102,6 +108,7 @@ def pytest_xdist_make_scheduler(config, log):
 #: what stands for the whole suite: its folders, and the marks that pyproject.toml asks for
 WHOLE = "not long"
 SUITE = (Path(__file__).resolve().parent, Path(__file__).resolve().parents[1])
+TURNS = 8  # parts of the further cases: each commit asks one of them
 MANY_TESTS = 1000  # a file or a folder has fewer: what it does not ask for need not be compiled
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 OFFSET_PX = {"VW1": (0, 1192), "VW2": (0, 900)}

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from types import SimpleNamespace
 
-from tests.conftest import without_further
+from tests.conftest import TURNS, without_further
 from tests.sources import PACKAGES, ROOT, trees
 
 COMPARISONS, TOLERANCES = ("allclose", "assert_allclose", "isclose"), {"rtol", "atol", "rel_tol", "abs_tol"}
@@ -51,6 +51,9 @@ def test_of_further_cases_the_whole_suite_takes_the_first():
     ]  # fmt: skip
     left = [one.nodeid for one in without_further(items)[1]]  # type: ignore
     assert left == ["a.py::one[1]", "a.py::one[2]", "a.py::two"]
+    asked = [[one.nodeid for one in without_further(items, turn)[0]] for turn in range(TURNS)]  # type: ignore
+    assert sorted(one for some in asked for one in some if one in left) == left  # each has its turn, and one
+    assert without_further(items, 3 + TURNS) == without_further(items, 3)  # type: ignore
 
 
 def test_every_file_of_tests_asks_something_by_default():
