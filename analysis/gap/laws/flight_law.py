@@ -59,11 +59,13 @@ def find_flight_law(
     least_m_per_s2: float = 0.0,
     most_parts: int = MOST_PARTS,
     search: FlightSearch | None = None,
+    least_gain: float = 0.0,
 ) -> tuple[LawFound | None, FlightSteps]:
     """The formula of what the flights lack beside the effects that ``steps`` name, None where chance would find as
     much, or where it pushes by less than ``least_m_per_s2`` (RMS; a torque counts as the force at the rim that would
     make it; 0 where a probe has found that something is left); and the steps without the names that the law makes
-    needless.  ``search``: that of the steps' named fit, where it is known."""
+    needless.  ``search``: that of the steps' named fit, where it is known; ``least_gain``: fall of the sum of squares
+    of runs held out that its linear form must promise."""
     base = steps.named
     search = FlightSearch.of(runs, base, rng) if search is None else search
     if search is None:
@@ -74,7 +76,9 @@ def find_flight_law(
     reached: tuple[Array, Array] | None = None
     for _ in range(SEARCHES):
         found, p = search.find(rng, LEVEL_WHERE_LEFT if asked else LEVEL_BELIEVED, most_parts)
-        if found is None or (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
+        if found is None or found.gain * problem.problem.excess < least_gain:
+            return None, steps
+        if (size := _push(runs[0].data, problem.known, found)) < least_m_per_s2:
             return None, steps
         if reached is None:
             at_best = [predict.free_paths(run, base.noise.correlation) for run in runs]

@@ -27,6 +27,7 @@ from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import run_places, value_of
+from ovines.core.laws.terms import Term
 
 Array = NDArray[np.float64]
 FEWEST_FLIGHTS = 3
@@ -110,6 +111,15 @@ class FlightSearch:
         best, gain = others[0]
         return gain - PER_UNKNOWN * best.unknowns - named, named
 
+    def said_by(self, names: Sequence[str], terms: Sequence[Term] = ()) -> float:
+        """Fall of the sum of squares of runs held out by the columns ``names`` of the fit and ``terms`` of a law,
+        numbers inside as they are, together: of what flights leave without either."""
+        own, problem = self._columns(names), self.without(names, _none).rows.problem
+        if terms:
+            own = np.hstack([own, self.rows.columns(terms)])
+        forms = forms_of(problem, own, [list(range(own.shape[1]))])
+        return float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0])
+
     def _held(self) -> list[str]:
         """Names of the problem's nuisances."""
         return [SHARED[c] for c in columns_of([n for n in self.fit.columns if n in SHARED])]
@@ -126,6 +136,11 @@ class FlightSearch:
             else:
                 columns.append(problem.nuisances[:, held.index(name)])
         return np.column_stack(columns)
+
+
+def _none(candidate: Candidate) -> bool:
+    """No candidate is left out."""
+    return False
 
 
 def _is_held(columns: Array, own: Array, nuisances: Array) -> bool:

@@ -17,6 +17,10 @@ from analysis.gap.selection.flights.terms import EFFECT_TERMS, FlightTerm
 from analysis.gap.selection.flights_beside_law import beside_law, named_terms_of, still_accepted, without_names
 from analysis.motion.rig_frame import RigFrame
 
+# A formula whose linear form falls short by this share of what a law has to close, and by more than a formula pays for
+# having been looked for (fall of -2 log L), does not come within 0.01 of it.
+CLEARLY_LESS, PAID = 0.3, 30.0
+
 
 def flight_law_instead(
     search: FlightSearch, steps: FlightSteps, law: LawFound, frame: RigFrame, rng: np.random.Generator
@@ -24,7 +28,7 @@ def flight_law_instead(
     """A formula that says as much of flights held out as a ``law`` and the names beside it (``steps``), by no more
     unknowns, and the steps with those names that are needed beside it; None where there is none."""
     named = named_terms_of(steps)
-    found = _without(search, steps, named, frame, rng)
+    found = _without(search, steps, named, frame, rng, law)
     if found is None:
         return None
     alone, fewer = found
@@ -56,10 +60,16 @@ def flight_law_beyond(
 
 
 def _without(
-    search: FlightSearch, steps: FlightSteps, gone: Sequence[FlightTerm], frame: RigFrame, rng: np.random.Generator
+    search: FlightSearch,
+    steps: FlightSteps,
+    gone: Sequence[FlightTerm],
+    frame: RigFrame,
+    rng: np.random.Generator,
+    law: LawFound | None = None,
 ) -> tuple[LawFound, FlightSteps] | None:
     """The law of flights without the names that are ``gone``, among forms that are no name's own, and the steps with
-    those of them that are needed beside it; None where there is no law, or all of them are needed."""
+    those of them that are needed beside it; None where there is no law, all of them are needed, or its linear form
+    promises clearly less than these names and a ``law`` beside them do."""
     kept: list[str] = []
     while len(kept) < len(gone):
         out = [term for term in gone if term.name not in kept]
@@ -67,7 +77,8 @@ def _without(
         # The search's fit may hold names that a law beside them has made needless.
         held = [term for term in EFFECT_TERMS if set(term.columns) <= set(search.fit.columns)]
         taken = search.without(_columns([t for t in held if t not in named_terms_of(fewer)]), is_own_form)
-        alone, fewer = find_flight_law(search.runs, fewer, frame, rng, search=taken)
+        least = 0.0 if law is None else _least_promised(search, _columns(out), law)
+        alone, fewer = find_flight_law(search.runs, fewer, frame, rng, search=taken, least_gain=least)
         if alone is None or alone.fitted is None:
             return None
         needed = [term.name for term in out if still_accepted(alone.fitted[1], steps, term)]
@@ -76,6 +87,14 @@ def _without(
             return alone, beside_law(fewer, alone.fitted[1], [term for term in out if term not in remaining])
         kept += needed
     return None
+
+
+def _least_promised(search: FlightSearch, names: Sequence[str], law: LawFound) -> float:
+    """What one formula must promise to be worth its fit in the equation of motion: all that columns ``names`` and a
+    ``law`` say, but for a share of what the law closes and leaves."""
+    together, alone = search.said_by(names, law.rig_law.terms), search.said_by(names)
+    left = (together - alone) / max(law.closed, CLEARLY_LESS)
+    return together - CLEARLY_LESS * left - PAID * search.rows.problem.excess
 
 
 def _margin(search: FlightSearch, names: Sequence[str]) -> float:
