@@ -12,9 +12,12 @@ import pytest
 from analysis.flights.equation.parameters import INDEX
 from analysis.flights.evidence import columns_of
 from analysis.flights.fit import SHARED
+from analysis.gap.laws import flight_law
+from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import flight_regression, regression_of
 from analysis.gap.laws.flight_search import FlightSearch
+from analysis.gap.laws.instead import flights
 from analysis.gap.laws.instead.flights import flight_law_beyond
 from analysis.gap.laws.instead.impacts import _own_part, restitution_law_instead
 from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
@@ -186,3 +189,23 @@ def test_no_formula_says_more_of_flights_than_the_true_name(loaded, name, column
     assert [term.name for term in named_terms_of(steps)] == [name]
     assert search.outdone(columns, is_own_form)[0] < 0
     assert flight_law_beyond(search, steps, series.frame, np.random.default_rng(0), 0.0) is None
+
+
+def test_a_formula_that_promises_much_less_than_names_and_law_is_not_fitted(loaded, monkeypatch):
+    """Air drag named, and a law beside it: no other form says nearly as much, and a fit in the equation of motion takes
+    most of a diagnosis' time."""
+    _, series = loaded("air_drag", 1.0, 3, runs=3)
+    steps, search = named_flights(series)
+    assert search.said_by(["air"]) == pytest.approx(
+        (search.outdone(["air"], is_own_form)[1] + PER_UNKNOWN) * search.rows.problem.excess
+    )
+    push = Term("fixed_direction", 0.1, (Factor("phase", "cosine"),))
+    assert search.said_by(["air"], [push]) > 0.99 * search.said_by(["air"])
+    law = SimpleNamespace(rig_law=WrittenLaw((push,)), closed=1.0)
+    least, said = flights._least_promised(search, ["air"], law), search.said_by(["air"], [push])
+    assert 0.5 * said < least < said
+    fitted = []
+    monkeypatch.setattr(flight_law, "_best_law", lambda *given: fitted.append(given))
+    rng = np.random.default_rng(0)
+    assert flights._without(search, steps, named_terms_of(steps), series.frame, rng, law) is None and not fitted
+    assert flights._without(search, steps, named_terms_of(steps), series.frame, rng) is None and fitted
