@@ -30,12 +30,18 @@ from ovines.core.laws.quantities import (
 )
 
 Numbers = NDArray[np.int64]
+# What acts along the disk's velocity ends with it, as the floor's friction does (its default speed, m/s), and so
+# evenly: a direction that a standing disk turns or turns round ever faster was followed for ever.  Beyond so many of
+# these speeds tanh is 1 to the last digit.
+AT_REST_M_PER_S, RESTS = 1e-3, 20.0
 # As the targets and functions are numbered in `words`; a test holds them together.
 (
     FIXED, OUTWARDS, SWIRL, ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, MIRRORED_R, FROM_ROOM, FROM_HOST,
     FRICTION, MIRRORED_FRICTION, ALONG_BODY, SPIN, FROM_CONTACT, ALONG_W, ALONG_A, POLAR_FRICTION,
     FLOOR_LEVER, FLOOR_TORQUE, ALONG_AIRSPEED,
 ) = range(22)  # fmt: skip
+#: directions that are those of the disk's velocity
+OF_MOTION = (ALONG_V, ACROSS_V, MIRRORED_V, ALONG_U, ACROSS_U, ALONG_AIRSPEED)
 (
     POWER,
     ABSOLUTE,
@@ -223,6 +229,8 @@ def push(row: Floats, times: float, known: Floats, out: Floats) -> None:
     length = math.hypot(x, y)
     if length < SHORT:
         return
+    if target in OF_MOTION and length < RESTS * AT_REST_M_PER_S:
+        length /= math.tanh(length / AT_REST_M_PER_S)
     x, y = x / length, y / length
     if target == SWIRL or target == ACROSS_V or target == ACROSS_U:
         x, y = -y, x

@@ -12,7 +12,7 @@ from ovines.core.laws import kernel, quantities, targets
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text, legend
 from ovines.core.laws.targets import TARGETS
-from ovines.core.laws.terms import Factor, Term, WrittenLaw
+from ovines.core.laws.terms import Factor, Term, WrittenLaw, rows_of
 from ovines.core.laws.words import FUNCTIONS, QUANTITIES
 from ovines.core.system import parameters as P
 from ovines.errors import InputError
@@ -178,6 +178,28 @@ def test_every_law_turns_with_the_world(laws):
     y = simulate(turned)
     path = np.column_stack([x.motion["nes_x_m"], x.motion["nes_y_m"]]) @ matrix.T
     np.testing.assert_allclose(np.column_stack([y.motion["nes_x_m"], y.motion["nes_y_m"]]), path, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("target", ["along_sliding", "across_sliding", "mirrored_velocity", "along_velocity"])
+def test_what_acts_along_the_velocity_ends_with_it(target):
+    """A direction that a disk at rest turns, or that turns ever faster as it stops, had no end: the next test of a law
+    was simulated for a quarter of an hour and more."""
+    speed, size, friction = 0.3, -0.5, 0.2
+    law = WrittenLaw((Term(target, size),))
+    still = replace(
+        RIG, host=Host(radius_m=0.05), nes=Nes(0.01, 0.0246), friction=FloorFriction(friction, "coulomb"), laws=(law,),
+        initial_nes=(-0.02, 0.0, speed, 0.0, 0.0, 0.0), duration_s=0.4,
+    )  # fmt: skip
+    moved = simulate(still).motion
+    assert abs(moved["nes_vx_m_per_s"][-1]) < 1e-3 and abs(moved["nes_vy_m_per_s"][-1]) < 1e-3
+    way = np.hypot(moved["nes_x_m"][-1] + 0.02, moved["nes_y_m"][-1])
+    if target.startswith("along"):
+        assert way == pytest.approx(speed**2 / (2 * (friction * 9.81 - size)), rel=2e-3)
+    # Where the disk is faster than 2 cm/s, the direction is of length 1.
+    row, known, out = rows_of([Term(target, 1.0)])[0], np.zeros(W.KNOWN_SIZE), np.zeros(3)
+    known[[W.VX, W.UX]] = 0.021
+    kernel.push(row, 1.0, known, out)
+    assert math.hypot(*out) == 1.0
 
 
 def test_air_that_moves_past_takes_the_disk_along():
