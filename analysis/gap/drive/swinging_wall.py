@@ -45,9 +45,12 @@ class Contacts:
     def of(cls, fits: Sequence[FlightFits]) -> Contacts:
         """Where fitted flights meet."""
         junctions, hosts = intersect(fits), tuple(fit.run.host for fit in fits)
+        if not len(junctions):
+            nil = np.zeros(0)
+            return cls(junctions.run, nil, nil, nil, np.zeros((0, 2)), np.zeros((0, 1)), hosts)
         wall = fits[0].run.wall
         impacts = measure(junctions, wall)
-        used = np.flatnonzero(usable(impacts, wall.size_m)) if len(junctions) else np.zeros(0, int)
+        used = np.flatnonzero(usable(impacts, wall.size_m))
         normal = impacts.normal_rad[used]
         # A contact that lasts goes with the speed of approach.
         columns = [impacts.design(wall.nominal_terms), impacts.of("normal_before")[:, None]]

@@ -61,6 +61,9 @@ def test_too_few_contacts_say_nothing_of_the_wall(tmp_path):
     (swing,) = ladder.drive.swings
     few = contacts.at(np.arange(len(contacts.run)) < contacts.columns.shape[1] + 3)
     assert (wall_swings(swing, ladder.drive.paths, ladder.drive.pushes, few) == 0).all()
+    never_met = [replace(fit, flights=fit.flights[:1], states=fit.states[:1]) for fit in fits]
+    none = Contacts.of(never_met)
+    assert (wall_swings(swing, ladder.drive.paths, ladder.drive.pushes, none) == 0).all()
 
 
 def test_a_host_at_rest_is_followed_after_blows_too(tmp_path):
