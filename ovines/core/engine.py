@@ -86,10 +86,13 @@ def fly_integrated(
         flight_slopes(t + s, trial, system, work, work[P.SPARE])
         relative(t + s, trial, system, work, work[P.SPARE], b)
         guess, wall = first_crossing(a, b, s, min(grace, s), system, cx, cy)
+        least = 0.0
         if wall >= 0:
             s, contact = land(t, y, guess, s, wall, system, work, trial)
             if not contact:
-                wall = -1
+                # It goes along the wall: asked again a little later, or its steps would shrink to nothing.
+                wall, least = -1, 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
+                grace = max(grace, s + least)
         known = s
         while due(samples, t + s):
             part = samples.times[samples.written[0]] - t
@@ -111,7 +114,7 @@ def fly_integrated(
             flight_slopes(t, y, system, work, work[0])
             relative(t, y, system, work, work[0], a)
         grace = max(grace - s, 0.0)
-        h = min(next_size(s, error), p[P.MAX_STEP])
+        h = min(max(next_size(s, error), least), p[P.MAX_STEP])
     return t, -1
 
 
