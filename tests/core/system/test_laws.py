@@ -202,6 +202,27 @@ def test_what_acts_along_the_velocity_ends_with_it(target):
     assert math.hypot(*out) == 1.0
 
 
+def test_a_disk_that_goes_along_a_flat_wall_comes_to_rest_there():
+    """After a blow without rebound it neither presses on the wall nor leaves it: steps to the next contact had shrunk
+    to nothing, and the run went on without an end."""
+    corners = ((0.1015, 0.1928), (-0.1928, 0.1015), (-0.1015, -0.1928), (0.1928, -0.1015))
+    law = WrittenLaw((Term("restitution", -0.05, (Factor("approach", "absolute_power", -2.0),)),))
+    run = Scenario(
+        "along", Nes(0.03, 1.0), Host(polygon_m=corners), ImpactLaw(0.69, 0.134, 0.555), 0.6, FloorFriction(0.28),
+        (0.0, 0.0, 0.171, 1.993, 1.11, 0.0), laws=(law,),
+    )  # fmt: skip
+    result = simulate(run)
+    assert result.end_s == 0.6 and np.hypot(result.motion["nes_vx_m_per_s"], result.motion["nes_vy_m_per_s"])[-1] < 1e-9
+    assert result.impacts["normal_speed_after_m_per_s"][1] == pytest.approx(0.0, abs=1e-12)
+    out = [np.hypot(*((np.array(a) + b) / 2)) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+    place = np.array([result.motion["nes_x_m"][-1], result.motion["nes_y_m"][-1]])
+    gaps = [
+        reach - 0.03 - place @ ((np.array(a) + b) / 2 / reach)
+        for reach, a, b in zip(out, corners, np.roll(corners, -1, axis=0), strict=True)
+    ]
+    assert min(gaps) > -1e-9
+
+
 def test_air_that_moves_past_takes_the_disk_along():
     """On a floor without friction its speed against the air falls as 1 / (1 + c u t), along a straight line of the
     air's frame; where the world's origin lies is nothing to a wind."""
