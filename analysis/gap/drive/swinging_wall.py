@@ -6,7 +6,7 @@ on its drive, however much alike the markers' paths are."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,8 +66,15 @@ class Contacts:
 
     def at(self, chosen: NDArray[np.bool_]) -> Contacts:
         """Those that a mask (K,) selects."""
-        arrays = (self.run, self.time_s, self.gap_m, self.sd_m, self.normal, self.columns)
-        return Contacts(*(one[chosen] for one in arrays), self.hosts)
+        return replace(
+            self,
+            run=self.run[chosen],
+            time_s=self.time_s[chosen],
+            gap_m=self.gap_m[chosen],
+            sd_m=self.sd_m[chosen],
+            normal=self.normal[chosen],
+            columns=self.columns[chosen],
+        )
 
 
 def borne_out(swing: Swing, paths: Sequence[MeasuredPath], pushes: Sequence[RunPushes], contacts: Contacts) -> Array:
