@@ -130,7 +130,7 @@ RULES = (
     ),
     Rule(
         ends=TILTING_HOST,
-        by_hand="The Host's markers rise on one side and sink on the other. What tilts them goes with {goes_with}. "
+        by_hand="The structure goes with {goes_with}. They rise on one side and sink on the other. "
         "Put a finger on each edge of their plate while the shaker runs, and a marker on the shaker's own table, low "
         "beside the ring: if that tilts alike, the table nods, and guides or a lower mass mend it; if not, the plate's "
         "spacers give. " + UNTIL_DONE,
