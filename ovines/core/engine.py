@@ -60,6 +60,13 @@ def fly_closed(
     return reached, wall
 
 
+@inlined
+def short_while(y: Floats, p: Floats) -> float:
+    """A time (s) in which the disk goes a ten-thousandth of the length at most: so long a wall is not asked for again
+    that it has been let go of, or goes along."""
+    return 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
+
+
 @making_arrays
 def fly_integrated(
     t: float, y: Floats, end: float, grace: float, system: System, work: Floats, trial: Floats, samples: Samples
@@ -91,7 +98,7 @@ def fly_integrated(
             s, contact = land(t, y, guess, s, wall, system, work, trial)
             if not contact:
                 # It goes along the wall: asked again a little later, or its steps would shrink to nothing.
-                wall, least = -1, 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
+                wall, least = -1, short_while(y, p)
                 grace = max(grace, s + least)
         known = s
         while due(samples, t + s):
@@ -190,7 +197,7 @@ def run(
                 continue
             if event != HITS:
                 mode = P.FLIGHT
-                grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
+                grace = short_while(y, p)
                 continue
         copy_into(before, y)
         mode, duration, counted = resolve(t, y, wall, system, work, record)
@@ -209,7 +216,7 @@ def run(
             if other >= 0:
                 wall += P.PAIR * other
         elif mode == P.FLIGHT and not counted:
-            grace = 1e-4 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
+            grace = short_while(y, p)
     while due(samples, math.nextafter(t, math.inf)):
         keep_sample(y, system, work, samples)
     return t, n_impacts, n_contacts, in_contact
