@@ -25,6 +25,7 @@ from analysis.gap.laws.dictionary.products import of_flights
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
+from analysis.gap.laws.regression.problem import Regression
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import run_places, value_of
 from ovines.core.laws.terms import Term
@@ -80,20 +81,9 @@ class FlightSearch:
     def without(self, names: Sequence[str], leave_out: Callable[[Candidate], bool]) -> FlightSearch:
         """The search in the fit from which the columns ``names`` have been taken, linear where that is; ``leave_out``:
         candidates that are not asked."""
-        own, held, problem = self._columns(names), self._held(), self.rows.problem
-        kept = [i for i, name in enumerate(held) if name not in names]
-        model = self.fit.model
-        value = np.array([value_of(model, name) - model.stated.get(name, 0.0) for name in names])
-        fewer = replace(
-            problem,
-            residual=problem.residual + own @ value,
-            nuisances=problem.nuisances[:, kept],
-            prior=problem.prior[kept],
-        )
         price = [np.inf if leave_out(one) else one.looked for one in self.listed.candidates]
-        return replace(
-            self, rows=replace(self.rows, problem=fewer), listed=replace(self.listed, looked=np.array(price, float))
-        )
+        rows = replace(self.rows, problem=self._problem_without(names))
+        return replace(self, rows=rows, listed=replace(self.listed, looked=np.array(price, float)))
 
     def outdone(self, names: Sequence[str], leave_out: Callable[[Candidate], bool]) -> tuple[float, float]:
         """By how much (fall of -2 log L of runs held out, unknowns paid) the best single form that is not to be left
@@ -101,8 +91,7 @@ class FlightSearch:
         say."""
         own, without = self._columns(names), self.without(names, leave_out)
         problem, scale = without.rows.problem, self.rows.problem.excess
-        forms = forms_of(problem, own, [list(range(own.shape[1]))])
-        named = float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0]) / scale - PER_UNKNOWN * own.shape[1]
+        named = self.said_by(names) / scale - PER_UNKNOWN * own.shape[1]
         gains = without.listed.gains(problem, scale)
         shortlist = shortlist_of(problem, self.rows.columns, without.listed.candidates, gains, scale)
         others = [one for one in shortlist if not _is_held(self.rows.columns(one[0].terms), own, problem.nuisances)]
@@ -114,11 +103,24 @@ class FlightSearch:
     def said_by(self, names: Sequence[str], terms: Sequence[Term] = ()) -> float:
         """Fall of the sum of squares of runs held out by the columns ``names`` of the fit and ``terms`` of a law,
         numbers inside as they are, together: of what flights leave without either."""
-        own, problem = self._columns(names), self.without(names, _none).rows.problem
+        own, problem = self._columns(names), self._problem_without(names)
         if terms:
             own = np.hstack([own, self.rows.columns(terms)])
         forms = forms_of(problem, own, [list(range(own.shape[1]))])
         return float(held_out_gains(forms, np.ones((1, len(forms.fold))))[0, 0])
+
+    def _problem_without(self, names: Sequence[str]) -> Regression:
+        """The problem of the fit from which the columns ``names`` have been taken, linear where that is."""
+        own, held, problem = self._columns(names), self._held(), self.rows.problem
+        kept = [i for i, name in enumerate(held) if name not in names]
+        model = self.fit.model
+        value = np.array([value_of(model, name) - model.stated.get(name, 0.0) for name in names])
+        return replace(
+            problem,
+            residual=problem.residual + own @ value,
+            nuisances=problem.nuisances[:, kept],
+            prior=problem.prior[kept],
+        )
 
     def _held(self) -> list[str]:
         """Names of the problem's nuisances."""
@@ -136,11 +138,6 @@ class FlightSearch:
             else:
                 columns.append(problem.nuisances[:, held.index(name)])
         return np.column_stack(columns)
-
-
-def _none(candidate: Candidate) -> bool:
-    """No candidate is left out."""
-    return False
 
 
 def _is_held(columns: Array, own: Array, nuisances: Array) -> bool:

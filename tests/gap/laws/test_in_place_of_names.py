@@ -13,7 +13,6 @@ from analysis.flights.equation.parameters import INDEX
 from analysis.flights.evidence import columns_of
 from analysis.flights.fit import SHARED
 from analysis.gap.laws import flight_law
-from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.flight_rows import flight_regression, regression_of
 from analysis.gap.laws.flight_search import FlightSearch
@@ -22,6 +21,7 @@ from analysis.gap.laws.instead.flights import flight_law_beyond
 from analysis.gap.laws.instead.impacts import _own_part, restitution_law_instead
 from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
 from analysis.gap.laws.instead.wall import _instead
+from analysis.gap.laws.regression.problem import held_out_squares
 from analysis.gap.selection.flight_candidates import gain_of
 from analysis.gap.selection.flight_causes import term_cause
 from analysis.gap.selection.flight_steps import first_flights, select_flight_effects
@@ -196,9 +196,9 @@ def test_a_formula_that_promises_much_less_than_names_and_law_is_not_fitted(load
     most of a diagnosis' time."""
     _, series = loaded("air_drag", 1.0, 3, runs=3)
     steps, search = named_flights(series)
-    assert search.said_by(["air"]) == pytest.approx(
-        (search.outdone(["air"], is_own_form)[1] + PER_UNKNOWN) * search.rows.problem.excess
-    )
+    taken, own = search.without(["air"], is_own_form).rows.problem, search._columns(["air"])
+    left = [float(held_out_squares(taken, columns).sum()) for columns in (own[:, :0], own)]
+    assert search.said_by(["air"]) == pytest.approx(left[0] - left[1], rel=1e-6)
     push = Term("fixed_direction", 0.1, (Factor("phase", "cosine"),))
     assert search.said_by(["air"], [push]) > 0.99 * search.said_by(["air"])
     law = SimpleNamespace(rig_law=WrittenLaw((push,)), closed=1.0)
