@@ -9,19 +9,22 @@ import numpy as np
 
 from ovines.core import state as S
 from ovines.core.compiled import Floats, Ints, compiled, copy_into, inlined, making_arrays
-from ovines.core.contact.along_wall import GOES_ON, HITS, corner_partner, follow_wall
+from ovines.core.contact.along_wall import GOES_ON, HITS, STALLED, corner_partner, follow_wall
 from ovines.core.contact.collision import resolve
 from ovines.core.integration.disk_step import flight_slopes, flight_step, smooth_span
 from ovines.core.integration.extended import SHARP, sharpen, strike_extended
 from ovines.core.integration.flight import first_crossing, glide, glide_to_contact, land, relative, rest_speed
 from ovines.core.integration.sampling import due, keep_sample, sample_glide
-from ovines.core.integration.stepper import next_size
+from ovines.core.integration.stepper import STEPS_WATCHED, next_size, stands_still
 from ovines.core.integration.suspension import suspension_work
 from ovines.core.system import parameters as P
 from ovines.core.system.impact import effective_restitution
 from ovines.core.system.kinematics import place
 from ovines.core.system.known import begin_way, forget_contacts, remember_contact, remember_way
 from ovines.core.system.packed import Samples, System
+
+#: what a flight meets beside walls: the run's end, rest, or steps without an end
+NOTHING, AT_REST, NO_END = -1, -2, -3
 
 
 class Words(NamedTuple):
@@ -71,7 +74,7 @@ def short_while(y: Floats, p: Floats) -> float:
 def fly_integrated(
     t: float, y: Floats, end: float, grace: float, system: System, work: Floats, trial: Floats, samples: Samples
 ) -> tuple[float, int]:
-    """Integrated flight to the next contact, in place: (time, wall or -1)."""
+    """Integrated flight to the next contact, in place: (time, wall, or what it meets in its place)."""
     p, k = system.p, system.k
     a, b, cx, cy, between = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(P.N_STATE)
     fast = p[P.SPEED] + math.hypot(y[S.VX], y[S.VY])
@@ -79,12 +82,18 @@ def fly_integrated(
     n = k[P.STATE_SIZE]
     flight_slopes(t, y, system, work, work[0])
     relative(t, y, system, work, work[0], a)
+    watched, steps = t, 0
     while t < end:
+        steps += 1
+        if steps == STEPS_WATCHED:
+            if stands_still(t - watched, y, p):
+                return t, NO_END
+            watched, steps = t, 0
         if k[P.ON_GROUND] and can_rest(y, system):
             y[S.VX], y[S.VY] = 0.0, 0.0
             if p[P.COUPLING] > 0.0:
                 y[S.SPIN] = 0.0
-            return t, -2
+            return t, AT_REST
         s = asked = smooth_span(t, y, min(h, end - t), system, work[0])
         error = flight_step(t, y, s, 0.0, system, work, trial)
         if error > 1.0:
@@ -122,7 +131,7 @@ def fly_integrated(
             relative(t, y, system, work, work[0], a)
         grace = max(grace - s, 0.0)
         h = min(max(next_size(s, error), least), p[P.MAX_STEP])
-    return t, -1
+    return t, NOTHING
 
 
 @compiled
@@ -157,8 +166,9 @@ def run(
 ) -> tuple[float, int, int, float]:
     """Run a packed scenario; ``y`` ends as the final state.
 
-    Returns (end time, impacts, contacts, seconds in sustained contact).  Arrays that are too short are filled as
-    far as they go; the counts say how far they should have gone.
+    Returns (end time, impacts, contacts, seconds in sustained contact); an end before the duration, of fewer impacts
+    than it may have, is that of a run whose steps come to nothing (:func:`stands_still`).  Arrays that are too short
+    are filled as far as they go; the counts say how far they should have gone.
     """
     p, k = system.p, system.k
     work, record, before = np.zeros((P.N_WORK, P.N_STATE)), np.zeros(P.N_IMPACT), np.zeros(P.N_STATE)
@@ -173,14 +183,22 @@ def run(
     n_impacts, n_contacts, in_contact = 0, 0, 0.0
     mode, wall = P.FLIGHT, -1
     at_rest = False
+    watched, events = 0.0, 0
     while t < end:
+        events += 1
+        if events == STEPS_WATCHED:
+            if stands_still(t - watched, y, p):
+                break
+            watched, events = t, 0
         if mode == P.FLIGHT:
             if k[P.CLOSED_FORM] or at_rest:
                 t, wall = fly_closed(t, Words(y, low, trial), end, grace, system, work, samples, with_energy)
             else:
                 t, wall = fly_integrated(t, y, end, grace, system, work, trial, samples)
-            at_rest = wall == -2
+            at_rest = wall == AT_REST
             grace = 0.0
+            if wall == NO_END:
+                break
             if wall < 0:
                 continue
         else:
@@ -190,7 +208,7 @@ def run(
                 contacts[n_contacts, 0], contacts[n_contacts, 1] = start, t
             n_contacts += 1
             in_contact += t - start
-            if event == GOES_ON:
+            if event == GOES_ON or event == STALLED:
                 break
             if event != HITS and held >= P.PAIR:  # out of a corner, along the wall that still presses
                 mode = P.SLIDE

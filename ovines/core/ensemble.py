@@ -16,7 +16,7 @@ from ovines.core.energies import LOSSES
 from ovines.core.engine import run
 from ovines.core.integration.sampling import N_SAMPLE, take_sample
 from ovines.core.packing import pack
-from ovines.core.refusal import require
+from ovines.core.refusal import require, require_an_end
 from ovines.core.system import parameters as P
 from ovines.core.system.model import Scenario
 from ovines.core.system.packed import Packed, Samples, System
@@ -145,6 +145,8 @@ def simulate_ensemble(
     if not results:
         results = [run_chunk(packed.system._replace(p=p_rows, drive=drives), y_rows, times, with_energies)]
     finals, counts, spans, samples, moved = (np.concatenate(parts) for parts in zip(*results, strict=True))
+    for end, count in zip(spans[:, 1], counts[:, 0], strict=True):
+        require_an_end(scenario.name, end, scenario.duration_s, count >= scenario.max_impacts)
     places = LOSSES | {"work_j": P.WORK} if with_energies else {}
     energies = {name: moved[:, place - P.ENERGIES] for name, place in places.items()}
     return EnsembleResult(drawn, finals, counts[:, 0], counts[:, 1], spans[:, 0], spans[:, 1], times, samples, energies)

@@ -27,3 +27,14 @@ def require_range(name: str, value: float | None, low: float, high: float, above
     inside = value is not None and math.isfinite(value) and (low < value if above else low <= value) and value <= high
     bounds = f"{'above' if above else 'at least'} {low:g}" + (f" and at most {high:g}" if high < math.inf else "")
     require(inside, f"{name} = {value}", f"a finite number {bounds}", f"correct {name}")
+
+
+def require_an_end(name: str, end_s: float, duration_s: float, most_impacts: bool) -> None:
+    """Refuse a run that ended before its duration, and not because it had the most impacts that it may have: its steps
+    came to nothing."""
+    require(
+        end_s >= duration_s or most_impacts,
+        f"{name}: steps that come to nothing at {end_s:.6g} s",
+        "forces and laws under which the disk moves on",
+        "look for a law whose sign changes where it drives the disk to, or ask for a shorter duration_s",
+    )

@@ -13,6 +13,7 @@ from ovines.core.energies import EnergyBalance, energy_balance, over_time
 from ovines.core.engine import run
 from ovines.core.integration.sampling import N_SAMPLE
 from ovines.core.packing import pack
+from ovines.core.refusal import require_an_end
 from ovines.core.system import parameters as P
 from ovines.core.system.host import vertical_motion
 from ovines.core.system.model import Scenario
@@ -76,6 +77,7 @@ def simulate(
         if n_impacts <= impact_rows and n_contacts <= contact_rows:
             break
         impact_rows, contact_rows = max(impact_rows, n_impacts), max(contact_rows, n_contacts)
+    require_an_end(scenario.name, end, scenario.duration_s, n_impacts >= scenario.max_impacts)
     impacts, contacts = impacts[:n_impacts], contacts[:n_contacts]
     energy = energy_balance(packed, y, end, impacts)
     shown = Measurement(times, samples, impacts, float(packed.p[P.MASS]))

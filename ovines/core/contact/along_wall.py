@@ -9,14 +9,14 @@ from ovines.core.compiled import Floats, compiled
 from ovines.core.contact.collision import onto_wall
 from ovines.core.integration.flight import wall_stands
 from ovines.core.integration.sampling import due, keep_sample
-from ovines.core.integration.stepper import next_size, step
+from ovines.core.integration.stepper import STEPS_WATCHED, next_size, stands_still, step
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import NEED, PUSH, SLIP, derivatives, push
 from ovines.core.system.kinematics import contact_velocity, inverse_mass, normal_here, place
 from ovines.core.system.known import remember_way
 from ovines.core.system.packed import Contact, Samples, System
 
-GOES_ON, RELEASED, STICKS, SLIPS, HITS = range(5)
+GOES_ON, RELEASED, STICKS, SLIPS, HITS, STALLED = range(6)
 
 
 @compiled
@@ -125,7 +125,13 @@ def follow_wall(
     stand_on(t, y, mode, wall, system, work)
     n = k[P.STATE_SIZE]
     h = 1e-2 * p[P.LENGTH] / (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY]))
+    watched, steps = t, 0
     while t < end:
+        steps += 1
+        if steps == STEPS_WATCHED:
+            if stands_still(t - watched, y, p):
+                return t, STALLED, wall
+            watched, steps = t, 0
         contact = Contact(mode, wall, side)
         derivatives(t, y, contact, system, work[P.SCRATCH], work[P.PLACE], work[0])
         if work[P.SCRATCH][PUSH] < 0.0:

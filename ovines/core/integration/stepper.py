@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 
-from ovines.core.compiled import Floats, Ints, compiled
+from ovines.core import state as S
+from ovines.core.compiled import Floats, Ints, compiled, inlined
 from ovines.core.integration.dop853 import ERROR_3, ERROR_5, NODES, STAGES, WEIGHTS
 from ovines.core.system import parameters as P
 from ovines.core.system.dynamics import derivatives_inlined
 from ovines.core.system.packed import Contact, System
+
+#: steps in a row, and the share of a crossing of the length that they must take the run on by: below it has no end (a
+#: force that holds the disk where its sign changes; a usual crossing takes 20 to 200 steps)
+STEPS_WATCHED, LEAST_CROSSED = 100_000, 0.1
 
 
 @compiled
@@ -75,6 +80,12 @@ def state_scale(j: int, size: float, p: Floats) -> float:
     if i == 4:
         return 1.0
     return speed / p[P.RADIUS] + size
+
+
+@inlined
+def stands_still(passed: float, y: Floats, p: Floats) -> bool:
+    """Whether ``passed`` (s) is too little for :data:`STEPS_WATCHED` steps."""
+    return passed * (p[P.SPEED] + math.hypot(y[S.VX], y[S.VY])) < LEAST_CROSSED * p[P.LENGTH]
 
 
 @compiled

@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 
 from ovines.camera.boards import BOARDS
-from ovines.core import FloorFriction, Harmonic, Host, ImpactLaw, Nes, Scenario, ScenarioError, simulate
+from ovines.core import (
+    FloorFriction,
+    Harmonic,
+    Host,
+    ImpactLaw,
+    Nes,
+    Scenario,
+    ScenarioError,
+    simulate,
+    simulate_ensemble,
+)
 from ovines.core.laws import kernel, quantities, targets
 from ovines.core.laws import words as W
 from ovines.core.laws.formula import as_latex, as_text, legend
@@ -221,6 +231,17 @@ def test_a_disk_that_goes_along_a_flat_wall_comes_to_rest_there():
         for reach, a, b in zip(out, corners, np.roll(corners, -1, axis=0), strict=True)
     ]
     assert min(gaps) > -1e-9
+
+
+def test_a_run_whose_steps_come_to_nothing_is_refused():
+    """A brake that knows no rest turns the spin's sign at every step that it takes: the run had no end."""
+    brake = WrittenLaw((Term("spin", -1000.0, (Factor("spin", "sign"),)),))
+    braked = replace(RIG, laws=(brake,), initial_nes=(0.0, 0.0, 0.0, 0.0, 0.0, 20.0), duration_s=0.3)
+    assert simulate(replace(braked, duration_s=0.01)).end_s == 0.01  # it brakes still
+    with pytest.raises(ScenarioError, match=r"come to nothing at 0.0(19|2)"):
+        simulate(braked)
+    with pytest.raises(ScenarioError, match="come to nothing"):
+        simulate_ensemble(braked, 2, {}, np.random.default_rng(0))
 
 
 def test_air_that_moves_past_takes_the_disk_along():
