@@ -37,19 +37,24 @@ LEAST_SHARE = 0.01
 # What says where along the wall a contact is.
 ALONG_WALL = ("azimuth", "turning_azimuth", "contact_turn", "swing", "ovalling", "blows_here")
 TANGENTIAL = ("wall_friction", "tangential_restitution")
+#: what rows answer beside targets: an impulse along the wall per mass (m/s), what the spin does beyond it
+IMPULSE, TURN = "impulse along the wall", "turn beside the impulse"
 
 
 @dataclass(frozen=True, eq=False)
 class ImpactRegression:
     """The impacts of a series: the ``problem`` without a law, what laws ``known`` (K, KNOWN_SIZE) at each of them, and
-    how the rows of all parts answer a unit of each target (``answers``: target -> (M,)).
+    how the rows of all parts answer a unit of each target (``answers``: target -> (M,)), of :data:`IMPULSE` and
+    :data:`TURN`.
 
-    ``on_cylinder`` (K,): those at a cylinder in the middle, which has no part in the wall's shape."""
+    ``on_cylinder`` (K,): those at a cylinder in the middle, which has no part in the wall's shape.  ``along`` (2, K):
+    wall friction and tangential restitution by which each of them sticks or slides."""
 
     problem: Regression
     known: Array
     answers: dict[str, Array]
     on_cylinder: NDArray[np.bool_] | None = None
+    along: Array | None = None
 
     def columns(self, terms: Sequence[Term]) -> Array:
         """Rows (M, T) that a unit of each term adds to the residuals' model."""
@@ -62,6 +67,12 @@ class ImpactRegression:
             if term.target in self.answers:
                 out[:, j] = self.answers[term.target] * np.tile(size[:, j], len(out) // len(size))
         return out
+
+    def impulse_column(self, along_m_per_s: Array, turned_m_per_s: Array | float = 0.0) -> Array:
+        """Rows (M,) that impulses along the wall (K,) add, and what spins do beyond them."""
+        once = np.ones(len(self.known))
+        moved = ((IMPULSE, along_m_per_s), (TURN, turned_m_per_s))
+        return np.asarray(sum(self.answers[name] * np.tile(once * size, 3) for name, size in moved), float)
 
     def law_columns(self, law: WrittenLaw) -> Array:
         """What a law adds to the rows (M,), nothing where it has no number."""
@@ -173,6 +184,8 @@ def _rows(
         "spin_kept": np.concatenate([none, lost / tangential_sd, lost * q / angular_sd]),
         "spin_added": np.concatenate([none, turned / tangential_sd, turned * q / angular_sd]),
         "contact_normal": np.concatenate([met, (slipped - pushed) / tangential_sd, pushed / angular_sd]),
+        IMPULSE: np.concatenate([none, 1.0 / tangential_sd, none]),
+        TURN: np.concatenate([none, none, 1.0 / angular_sd]),
     }
     nuisances[:, -2], nuisances[:, -1] = answers["wall_friction"], answers["tangential_restitution"]
     residual, nuisances = np.nan_to_num(residual), np.nan_to_num(nuisances)
@@ -182,7 +195,7 @@ def _rows(
         residual, nuisances, np.zeros(nuisances.shape[1]), np.tile(np.arange(count), 3),
         np.tile(data.at.run, 3).astype(np.int64),
     )  # fmt: skip
-    return ImpactRegression(problem, known, answers), kind
+    return ImpactRegression(problem, known, answers, along=along), kind
 
 
 def distance_regression(

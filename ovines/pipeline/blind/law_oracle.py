@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,10 +25,12 @@ from analysis.blind.recording.place import Place
 from analysis.blind.scoring.intervals import Figure, proportion
 from analysis.blind.scoring.plants_law import blow_changes, physics_without, pushes
 from analysis.blind.series import Outline, run_outline
+from analysis.contact.law import fit_tangential, predicted_tangential
 from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
-from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression, law_regression
+from analysis.gap.laws.impact_rows import TANGENTIAL, ImpactRegression, distance_regression, law_regression
 from analysis.gap.laws.regression.problem import Profile, Regression, held_out_squares
+from analysis.gap.selection.impacts.fit import ImpactFit
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.terms import WrittenLaw
 from ovines.law_file import read_law
@@ -154,10 +156,27 @@ def law_share(case: str, cause: str, ladder: Ladder, laws: Sequence[WrittenLaw],
     rows = rows_of(ladder, stage)
     problem, own = rows.problem, oracle_columns(ladder, rows, stage, plants)
     terms = [term for law in laws if law.stage == stage for term in ladder.series.frame.law(law).terms]
-    written = rows.columns(terms) if terms else own[:, :0]
+    written = written_columns(ladder, rows, WrittenLaw(tuple(terms))) if terms else own[:, :0]
     before, oracle, law = (held_out(problem, one) for one in (own[:, :0], own, written))
     size = float(Profile.of(problem).gain(own)[1][0])
     return LawShare(case, cause, stage, before, oracle, size, (before - law) / (before - oracle))
+
+
+def written_columns(ladder: Ladder, rows: FlightRegression | ImpactRegression, law: WrittenLaw) -> Array:
+    """What a law of the series' frame does to the ``rows`` of its stage, (M, T): each term by itself.
+
+    What it makes of friction and tangential restitution is one column, the impulse that it predicts beyond the nominal
+    law's: beside it other impacts stick, as beside the plant's own."""
+    along = [term for term in law.terms if term.target in TANGENTIAL]
+    if not along or isinstance(rows, FlightRegression):
+        return rows.columns(law.terms)
+    fitted, fits = ladder.impacts.fitted, ladder.flights.fitted.fits
+    assert fitted is not None, "fewer than eight impacts"
+    beside = law_regression(fitted, fits, ladder.impacts.restitution_terms, law, sides_of_law=True).along
+    assert beside is not None, "rows of the impulse"
+    more = predicted_tangential(fitted.data, np.maximum(beside[0], 0.0), beside[1]) - _nominal(fitted)
+    others = rows.columns([term for term in law.terms if term not in along])
+    return np.column_stack([others, rows.impulse_column(more)])
 
 
 def flight_columns(rows: FlightRegression, frame: RigFrame, plants: PlantsRuns) -> Array:
@@ -186,7 +205,7 @@ def _of_blows(ladder: Ladder, rows: ImpactRegression, stage: str, plants: Plants
     fitted, frame = ladder.impacts.fitted, ladder.series.frame
     assert fitted is not None, "fewer than eight impacts"
     data, junctions = fitted.data, fitted.junctions
-    count, changes = len(data), np.zeros((4, len(data)))
+    changes = np.zeros((4, len(data)))
     for run in np.unique(data.at.run):
         here = np.flatnonzero(data.at.run == run)
         time_s = plants.since_first_frame(int(run), junctions.time_s[data.at.index[here]], frame)
@@ -197,10 +216,19 @@ def _of_blows(ladder: Ladder, rows: ImpactRegression, stage: str, plants: Plants
     restitution, along, turned, reach = changes
     if stage == "geometry":
         return np.asarray(rows.answers["contact_radius"] * reach / frame.factor("m"), float)[:, None]
-    # An impulse beside the law's, and a spin beside that: over the sds of their rows, which a spin's answer has.
-    q, speed = data.inertia_factor, frame.factor("m_per_s")
-    unit = junctions.radius_m * q / (1 + q)
+    speed = frame.factor("m_per_s")
     out = rows.answers["restitution"] * np.tile(restitution, 3)
-    out[count : 2 * count] += rows.answers["spin_added"][count : 2 * count] / unit * along / speed
-    out[2 * count :] += rows.answers["spin_added"][2 * count :] / (unit * q) * turned / speed
-    return out[:, None]
+    along, turned = along / speed, turned / speed
+    return (out + rows.impulse_column(along + _plain(fitted, along) - _nominal(fitted), turned))[:, None]
+
+
+def _nominal(fitted: ImpactFit) -> Array:
+    """Impulses along the wall (K,) of the law that was fitted."""
+    return predicted_tangential(fitted.data, fitted.law.wall_friction, fitted.law.tangential_restitution)
+
+
+def _plain(fitted: ImpactFit, along: Array) -> Array:
+    """Impulses along the wall (K,) of the law that fits the impacts without what a cause adds ``along`` it (K,)."""
+    rest = replace(fitted.data, tangential_impulse=fitted.data.tangential_impulse - along)
+    (friction,), beta, *_ = fit_tangential(rest, start=(fitted.law.wall_friction, fitted.law.tangential_restitution))
+    return predicted_tangential(fitted.data, friction, beta)

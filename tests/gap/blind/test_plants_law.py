@@ -129,6 +129,23 @@ def test_a_law_written_as_the_plant_has_it_closes_what_the_oracle_closes(tmp_pat
     assert (figure.value, figure.n) == (0.5, 2)
 
 
+def test_a_law_of_the_walls_friction_is_held_against_the_impacts_that_stick_beside_it(tmp_path):
+    """Where friction is less, impacts slide that would stick by the nominal law: by the nominal law's sides the true
+    formula closed 0.58."""
+    outline = outline_series("unknown_smeared_wall", 0.4, np.random.default_rng(4), 4, "white", "case-001")
+    seed = [7, 1, 1]
+    write_series(run_outline(outline, np.random.default_rng(seed)), tmp_path / "cases" / "case-001")
+    lost = outline.draft.plant["wall_friction"] * outline.draft.parameters["unknown_smeared_wall"]["smeared_s_per_m"]
+    answers = tmp_path / "answers" / "case-001"
+    answers.mkdir(parents=True)
+    law = WrittenLaw((Term("wall_friction", -lost, (Factor("approach"),)),))
+    (answers / "law-1.toml").write_text(law_text(law, "a law"))
+    (share,) = shares_of_case(tmp_path, outline, seed)
+    assert share.law == pytest.approx(1.0, abs=0.01)
+    assert share.size == pytest.approx(1.0, abs=0.05)
+    assert share.before > 1.5 * share.oracle
+
+
 def test_only_unlisted_causes_of_flights_impacts_and_wall_are_asked_for():
     several = outline_series("air_drag+unknown_scuffed_rim", 0.8, np.random.default_rng(0), 1, "white")
     assert unlisted_asked(several) == ["unknown_scuffed_rim"]
