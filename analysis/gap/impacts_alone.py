@@ -68,7 +68,7 @@ def diagnose_impacts(
     structure += _scatter(data, terms, structure)
     gained = [gain.gain for gain in probes if gain.residual == "restitution"]
     left_p = min([1.0, by_chance(null, max(gained)) if gained else 1.0, *(one.p for one in structure)])
-    detectable = of_impacts(fit, {gain.name: gain for gain in left})
+    detectable = of_impacts(fit, {gain.name: gain for gain in left}, finite)
     return {
         **_found(causes, structure),
         "probabilities": _probabilities(causes, detectable, left_p),

@@ -36,7 +36,7 @@ from analysis.gap.selection.impact_laws import law_accepted
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.covariates import FOLLOWED
 from analysis.gap.selection.impacts.fit import ImpactFit, with_leaning_wall
-from analysis.gap.selection.impacts.gain import NEGLIGIBLE
+from analysis.gap.selection.impacts.gain import negligible_share
 from analysis.gap.selection.impacts.restitution import kept_gain
 from analysis.gap.selection.null_distribution import threshold
 from analysis.gap.thresholds import IMPACT_GAIN
@@ -298,7 +298,7 @@ def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits
         return ()
     least, beside = threshold(steps.null_distribution, IMPACT_GAIN), None if values is None else values[:, None]
     kept = [kept_gain(data, steps.restitution_terms, name, beside) for name in own]
-    return tuple(gain.name for gain in kept if not law_accepted(gain, least, data))
+    return tuple(gain.name for gain in kept if not law_accepted(gain, least, data, steps.shape.finite))
 
 
 def impact_law_sizes(
@@ -307,14 +307,15 @@ def impact_law_sizes(
     """Target -> how much a law changes it from impact to impact (RMS about the mean, of the restitution about what its
     named effects may take), and what of that is negligible."""
     known = known_at_impacts(impacts.data, impacts.junctions, fits)
-    nominal = impacts.law
+    nominal, lasts = impacts.law, impacts.lasts
+    sliding, sticking = negligible_share("sliding", lasts), negligible_share("sticking", lasts)
     least = {
-        "restitution": NEGLIGIBLE["restitution"],
-        "wall_friction": NEGLIGIBLE["sliding"] * nominal.wall_friction,
-        "tangential_restitution": NEGLIGIBLE["sticking"] * (1 + nominal.tangential_restitution),
-        "contact_normal": NEGLIGIBLE["sliding"] * nominal.wall_friction,
-        "spin_kept": NEGLIGIBLE["sticking"],
-        "spin_added": NEGLIGIBLE["sticking"] * max(float(np.std(impacts.data.at.spin)), 1e-300),
+        "restitution": negligible_share("restitution", lasts),
+        "wall_friction": sliding * nominal.wall_friction,
+        "tangential_restitution": sticking * (1 + nominal.tangential_restitution),
+        "contact_normal": sliding * nominal.wall_friction,
+        "spin_kept": sticking,
+        "spin_added": sticking * max(float(np.std(impacts.data.at.spin)), 1e-300),
     }
     sizes = {}
     for target, size in least.items():

@@ -26,8 +26,7 @@ from analysis.gap.selection.flight_candidates import Gain
 from analysis.gap.selection.impact_laws import HasLaw
 from analysis.gap.selection.impact_steps import contact_negligible_s
 from analysis.gap.selection.impacts.fit import ImpactFit
-from analysis.gap.selection.impacts.gain import NEGLIGIBLE as IMPACT_NEGLIGIBLE
-from analysis.gap.selection.impacts.gain import ImpactGain
+from analysis.gap.selection.impacts.gain import ImpactGain, negligible_share
 from analysis.gap.thresholds import SIGNIFICANCE
 from analysis.walls.outlines import Ring
 from ovines.core.effects import EFFECTS
@@ -56,7 +55,7 @@ def detectable_sizes(steps: Ladder) -> dict[str, Entry]:
             out |= _of_flight(gain, left.get(gain.term.name, gain), steps)
     if steps.impacts.fitted is not None:
         impacts_left = {g.name: g for g in steps.impacts.left}
-        out |= of_impacts(steps.impacts.fitted, impacts_left)
+        out |= of_impacts(steps.impacts.fitted, impacts_left, steps.impacts.shape.finite)
         out |= _of_wall(steps.impacts.fitted, impacts_left, steps.measurement.lens_residual_found)
     out |= _of_centres(steps)
     if steps.inertia.impulse is not None:
@@ -142,14 +141,13 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
     return {name: _entry(own.parameter, negligible / max(units.of(gain.term.columns[0]), 1e-12), noise, measured)}
 
 
-def of_impacts(impacts: HasLaw, left: dict[str, ImpactGain]) -> dict[str, Entry]:
-    """Restitution's effects.  An amplitude a of a cosine over K impacts has sd scatter sqrt(2/K); its rms is
-    a/sqrt 2.
-    """
+def of_impacts(impacts: HasLaw, left: dict[str, ImpactGain], lasts: bool) -> dict[str, Entry]:
+    """Restitution's effects, of contacts that last or not.  An amplitude a of a cosine over K impacts has sd scatter
+    sqrt(2/K); its rms is a/sqrt 2."""
     data, law = impacts.data, impacts.law
     sd = np.sqrt(2 / max(len(data), 1)) * max(law.scatter, float(np.median(data.normal_sd / data.before)))
     spread = float(np.std(np.exp(-data.before / 1.2))) or 1.0
-    worth = IMPACT_NEGLIGIBLE["restitution"]
+    worth = negligible_share("restitution", lasts)
     return {
         "direction_dependent_restitution": _entry(
             "amplitude",
@@ -163,20 +161,23 @@ def of_impacts(impacts: HasLaw, left: dict[str, ImpactGain]) -> dict[str, Entry]
             rules.SIGNIFICANCE * sd / np.sqrt(2) / spread,
             _measured(left.get("speed_dependent_restitution")),
         ),
-        **_of_drift(data, law.restitution, sd / np.sqrt(2), left.get("restitution_drift")),
+        **_of_drift(data, law.restitution, (worth, sd / np.sqrt(2)), left.get("restitution_drift")),
     }
 
 
-def _of_drift(data: LawData, restitution: float, sd: float, left: ImpactGain | None) -> dict[str, Entry]:
-    """Drift over the runs, or within them where there is one; ``sd`` of the mean of a column of unit spread."""
-    at = conditions(data)
+def _of_drift(
+    data: LawData, restitution: float, least: tuple[float, float], left: ImpactGain | None
+) -> dict[str, Entry]:
+    """Drift over the runs, or within them where there is one; ``least``: what is worth to be said of a restitution, and
+    the sd of the mean of a column of unit spread."""
+    at, (worth, sd) = conditions(data), least
     i = int(np.ptp(at.run) > 0)
     parameter, column = (("relative_per_s", at.since_start_s), ("relative_per_run", at.run))[i]
     if not np.ptp(column):
         return {}
     spread = float(np.std(column)) * restitution
     measured = None if left is None else (abs(float(left.estimate[i])) / restitution, float(left.sd[i]) / restitution)
-    size = IMPACT_NEGLIGIBLE["restitution"] / spread
+    size = worth / spread
     return {"restitution_drift": _entry(parameter, size, rules.SIGNIFICANCE * sd / spread, measured)}
 
 

@@ -18,7 +18,7 @@ from analysis.gap.selection.flight_steps import FlightSteps
 from analysis.gap.selection.flights.fit import FlightFit, prior_of
 from analysis.gap.selection.flights.terms import FlightTerm, terms
 from analysis.gap.selection.impact_steps import ImpactSteps
-from analysis.gap.selection.impacts.gain import NEGLIGIBLE
+from analysis.gap.selection.impacts.gain import negligible_share
 from analysis.gap.selection.impacts.restitution import SPOTS_BY_CHANCE, restitution_groups, spots
 from analysis.gap.selection.null_distribution import held_out_cost, root_of, threshold
 from analysis.gap.thresholds import GAIN, IMPACT_GAIN, IMPROVED
@@ -78,6 +78,7 @@ def impacts_seen(steps: ImpactSteps, rng: np.random.Generator) -> float:
     """Share of laws of the restitution, of the probes' kinds, that the impacts would have shown."""
     assert steps.fitted is not None
     data, law = steps.fitted.data, steps.fitted.law
+    smallest = negligible_share("restitution", steps.shape.finite)
     least = threshold(steps.null_distribution, IMPACT_GAIN)
     kinds = [(columns, 0.0) for _, columns, named in restitution_groups(data, steps.restitution_terms) if not named]
     kinds += [(bump[:, None], SPOTS_BY_CHANCE) for _, bump in spots(data)]
@@ -88,7 +89,7 @@ def impacts_seen(steps: ImpactSteps, rng: np.random.Generator) -> float:
         direction = rng.standard_normal((columns.shape[1], DRAWS))
         change = columns @ direction
         spread = np.std(change, axis=0)
-        size = np.minimum(NEGLIGIBLE["restitution"] * LARGEST ** rng.random(DRAWS), MOST_RESTITUTION)
+        size = np.minimum(smallest * LARGEST ** rng.random(DRAWS), MOST_RESTITUTION)
         change = change * (size / np.where(spread > 0, spread, np.inf)) * weight[:, None]
         change -= held @ (held.T @ change)
         seen.append(1.0 - chndtr(least + penalty, columns.shape[1], np.sum(change**2, 0)))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from analysis.contact.law import Law, LawData
 from analysis.contact.restitution import fit_effects
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.selection.impacts.gain import NEGLIGIBLE, ImpactGain, negligible_size
+from analysis.gap.selection.impacts.gain import ImpactGain, negligible_share, negligible_size
 from analysis.gap.selection.impacts.restitution import kept_gain, restitution_gains
 from analysis.gap.selection.impacts.tangential import tangential_gains
 from analysis.gap.selection.null_distribution import by_chance, chance_of_largest, threshold
@@ -59,7 +59,9 @@ def select_laws(
     for _ in range(MOST_TERMS):
         found = restitution_gains(base.data, names, withheld, _columns(structure))
         first = first or [g for g in found if g.named]
-        open_ = [g for g in found if g.name not in {s.name for s in structure} and law_accepted(g, least, base.data)]
+        open_ = [
+            g for g in found if g.name not in {s.name for s in structure} and law_accepted(g, least, base.data, finite)
+        ]
         best = max((g for g in open_ if g.named), key=lambda g: g.gain, default=None)
         probe = max((g for g in open_ if not g.named), key=lambda g: g.gain, default=None)
         if best is None or (probe is not None and probe.gain > best.gain + OVERRIDES):
@@ -69,14 +71,15 @@ def select_laws(
             names = [
                 n
                 for n in names
-                if n in (*held, *surely) or law_accepted(_kept(base, names, n, structure), least, base.data)
+                if n in (*held, *surely) or law_accepted(_kept(base, names, n, structure), least, base.data, finite)
             ]
         else:
             names.append(best.name)
             added[best.name] = rivals_of(best, found)
     causes = [
         replace(
-            _restitution_cause(_kept(base, names, name, structure), base, names, structure), rivals=added.get(name, ())
+            _restitution_cause(_kept(base, names, name, structure), base, names, structure, finite),
+            rivals=added.get(name, ()),
         )
         for name in names
         if name not in held
@@ -86,7 +89,7 @@ def select_laws(
     tangential = [] if finite else tangential_gains(base.data, base.law)
     probes = [g for g in (*found, *tangential) if not g.named]
     for residual in COORDINATES:
-        accepted = [p for p in tangential if p.residual == residual and law_accepted(p, least, base.data)]
+        accepted = [p for p in tangential if p.residual == residual and law_accepted(p, least, base.data, finite)]
         structure += sorted(accepted, key=lambda p: -p.gain)[:1]
     return (
         causes,
@@ -94,17 +97,17 @@ def select_laws(
         first,
         [g for g in found if g.named],
         probes,
-        [_law_structure(s, base.data, null_distribution, len(tangential)) for s in structure],
+        [_law_structure(s, base.data, null_distribution, len(tangential), finite) for s in structure],
     )
 
 
-def _law_structure(gain: ImpactGain, data: LawData, null_distribution: Array, tried: int) -> Structure:
+def _law_structure(gain: ImpactGain, data: LawData, null_distribution: Array, tried: int, lasts: bool) -> Structure:
     chance = (
         by_chance(null_distribution, gain.gain)
         if gain.residual == "restitution"
         else chance_of_largest(gain.gain, len(gain.estimate), tried)
     )
-    strength = gain.size / negligible_size(gain.residual, data)
+    strength = gain.size / negligible_size(gain.residual, data, lasts)
     unit = "m/s" if gain.residual == "angular" else "1"
     return Structure(
         "impact", "impact", COORDINATES[gain.residual], gain.name, strength, gain.gain, gain.size, unit, chance
@@ -120,16 +123,17 @@ def _kept(base: HasLaw, names: Sequence[str], name: str, structure: Sequence[Imp
     return kept_gain(base.data, names, name, _columns(structure))
 
 
-def law_accepted(gain: ImpactGain, least: float, data: LawData) -> bool:
-    """``least``: gain that chance does not reach."""
-    return (
-        gain.gain > least and gain.significance > SIGNIFICANCE - 1 and gain.size > negligible_size(gain.residual, data)
-    )
+def law_accepted(gain: ImpactGain, least: float, data: LawData, lasts: bool) -> bool:
+    """``least``: gain that chance does not reach; ``lasts``: whether contacts do."""
+    surely = gain.gain > least and gain.significance > SIGNIFICANCE - 1
+    return surely and gain.size > negligible_size(gain.residual, data, lasts)
 
 
-def _restitution_cause(gain: ImpactGain, base: HasLaw, names: Sequence[str], structure: Sequence[ImpactGain]) -> Cause:
+def _restitution_cause(
+    gain: ImpactGain, base: HasLaw, names: Sequence[str], structure: Sequence[ImpactGain], lasts: bool
+) -> Cause:
     parameters = fit_effects(base.data, names, {}, _columns(structure)).sizes[gain.name]
-    strength = gain.size / NEGLIGIBLE["restitution"]
+    strength = gain.size / negligible_share("restitution", lasts)
     return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact")
 
 

@@ -19,7 +19,7 @@ from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.impact_laws import rivals_of, select_laws
 from analysis.gap.selection.impacts.distance import distance_gains
 from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, ImpactFit, Shape, fit_impacts, with_lobes
-from analysis.gap.selection.impacts.gain import NEGLIGIBLE, ImpactGain
+from analysis.gap.selection.impacts.gain import ImpactGain, negligible_share
 from analysis.gap.selection.impacts.own_places import own_places
 from analysis.gap.selection.null_distribution import (
     by_chance,
@@ -73,7 +73,8 @@ class ImpactSteps:
     def left_p(self) -> float:
         """How often chance makes the best probe of the restitution gain what it does; 1 where none explains more than
         is negligible."""
-        gained = [g.gain for g in self.probes if g.residual == "restitution" and g.size > NEGLIGIBLE["restitution"]]
+        least = negligible_share("restitution", self.shape.finite)
+        gained = [g.gain for g in self.probes if g.residual == "restitution" and g.size > least]
         return by_chance(self.null_distribution, max(gained)) if gained else 1.0
 
 

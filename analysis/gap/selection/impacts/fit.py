@@ -74,6 +74,11 @@ class ImpactFit:
     start_s: Array
     lasting: LastingContact | None = None
 
+    @property
+    def lasts(self) -> bool:
+        """Whether contacts have a duration."""
+        return bool(np.isfinite(self.contact_slope_sd_s))
+
     def tangential_impulse(self, data: LawData) -> Array:
         """Tangential impulse per mass (K,), m/s, of the fitted law with the normal impulses of ``data``."""
         if self.lasting is not None:
@@ -150,7 +155,7 @@ def with_leaning_wall(
     junctions = replace(impacts.junctions, lean_rad=lean_rad, wall_out_m_per_s=out_m_per_s)
     run = fits[0].run
     first = measure(junctions, impacts.wall.wall)
-    finite = [np.maximum(first.of("normal_before"), 0)] if np.isfinite(impacts.contact_slope_sd_s) else []
+    finite = [np.maximum(first.of("normal_before"), 0)] if impacts.lasts else []
     beside = np.column_stack([reach_m, *finite])
     wall = fit_wall(junctions, impacts.wall.wall, impacts.wall.terms, wall_prior(run.wall), beside)
     data = without_laws(law_data(wall.impacts, wall.used, run.radius_m, run.inertia_factor), junctions, fits)
