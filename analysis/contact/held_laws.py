@@ -139,6 +139,7 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     normal = _normals(data, state[:, 9:11] - state[:, 3:5])
     along = state[:, 3:5] - rate[:, :2]
     known[:, W.WALL_SPEED] = np.sum(rate[:, :2] * normal, 1)
+    known[:, W.WALL_ACCELERATION] = np.sum(known[:, [W.HOST_AX, W.HOST_AY]] * normal, 1)
     # The wall's outward normal points away from the Host's centre, a cylinder's towards it.
     known[:, W.AT_CYLINDER] = np.sum(known[:, [W.HX, W.HY]] * normal, 1) < 0.0
     known[:, W.PASSING] = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1]
@@ -158,7 +159,9 @@ def known_after(known: Array, data: LawData, junctions: Junctions, fits: Sequenc
         later[np.ix_(own, [W.HOST_AX, W.HOST_AY])] = host.at(time_s[own] + later_s, 2)[:, :2]
         later[np.ix_(own, [W.PHASE, W.CLOCK])] += host.omega_rad_per_s * later_s
     later[:, [W.UX, W.UY]] -= faster
-    later[:, W.WALL_SPEED] += np.sum(faster * _normals(data, state[:, 9:11] - state[:, 3:5]), 1)
+    normal = _normals(data, state[:, 9:11] - state[:, 3:5])
+    later[:, W.WALL_SPEED] += np.sum(faster * normal, 1)
+    later[:, W.WALL_ACCELERATION] = np.sum(later[:, [W.HOST_AX, W.HOST_AY]] * normal, 1)
     return later
 
 

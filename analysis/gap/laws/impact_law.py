@@ -53,7 +53,7 @@ FEWEST_REGAINED = 5
 CHOSEN_AGAIN = 3
 # Quantities that change by themselves while the disk stays where it is, or not at all; the step (s) of their rates.
 MOVES_WITH = re.compile(
-    "host_|wall_speed|time$|phase$|clock$|since|run$|blows$|recent_|blows_here|last_|swing|ovalling|breathing|twist|"
+    "host_|wall_speed|wall_acceleration|time$|phase$|clock$|since|run$|blows$|recent_|blows_here|last_|swing|ovalling|breathing|twist|"
     "azimuth$|turning_azimuth$|at_cylinder$"
 )
 TIME_STEP_S = 1e-5

@@ -61,7 +61,9 @@ MEMORY_SIZE = 1 + 2 * TRAILS + LATELIES
 WAY_BEFORE = WAY + MEMORY_SIZE
 BEFORE_X, BEFORE_Y = WAY_BEFORE + 1, WAY_BEFORE + 2
 MEMORY_M, MEMORY_S = BEFORE_Y + 1, BEFORE_Y + 2
-KNOWN_SIZE = MEMORY_S + 1
+#: acceleration of the Host (m/s^2) along the wall's outward normal before an impact
+WALL_ACCELERATION = MEMORY_S + 1
+KNOWN_SIZE = WALL_ACCELERATION + 1
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -416,6 +418,14 @@ QUANTITIES: dict[str, Quantity] = {
                 True,
                 "angle",
                 "direction of the contact before from the Host's centre, in the room",
+            ),
+            (
+                "wall_acceleration",
+                "m/s^2",
+                "a_n",
+                False,
+                "",
+                "acceleration of the Host along the wall's outward normal before the impact",
             ),
         )
     )

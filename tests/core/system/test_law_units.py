@@ -36,7 +36,7 @@ def in_units(known):
     out[list(SPEEDS)] /= LENGTH_M / TIME_S
     out[[W.SPIN, W.SPIN_LEFT]] *= TIME_S
     out[list(TIMES)] /= TIME_S
-    out[[W.FX, W.FY, W.HOST_AX, W.HOST_AY]] /= LENGTH_M / TIME_S**2
+    out[[W.FX, W.FY, W.HOST_AX, W.HOST_AY, W.WALL_ACCELERATION]] /= LENGTH_M / TIME_S**2
     out[W.FT] *= TIME_S**2
     return out
 

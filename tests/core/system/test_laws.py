@@ -46,7 +46,7 @@ QUANTITY_CODES = (
     "ACCELERATION_AROUND BREATHING BREATHING_RATE BLOWS_HERE RIM_BLOWS_HERE LAST_SPUN STRUCK_RIM "
     "TURNED_SINCE LAST_LEFT OVALLING_RATE TWIST TWIST_RATE RECENT_RUBBING TURNED NES_PLACE "
     "SLIDING_FROM_BLOW OFF_PATH WAY_SINCE WAY TRAIL_ALONG TRAIL_ACROSS WAY_LATELY RIM_ANGLE "
-    "LAST_AZIMUTH"
+    "LAST_AZIMUTH WALL_ACCELERATION"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -151,7 +151,7 @@ RING_LAWS = (
     WrittenLaw(
         (
             Term("restitution", -0.1, (Factor("contact_turn", "cosine"),)),
-            Term("restitution", 0.001, (Factor("host_acceleration_outwards"),)),
+            Term("restitution", 0.001, (Factor("wall_acceleration"),)),
             Term("restitution", 0.1, (Factor("azimuth", "sawtooth", x=0.4),)),
             Term("spin_added", -3.0, (Factor("approach"), Factor("spin_left", "sign"))),
             Term("restitution", 0.1, (Factor("rim_turn", "cosine"),)),
@@ -519,6 +519,24 @@ def test_the_hosts_acceleration_has_two_parts_where_the_disk_is():
     for name, direction in (("host_acceleration_outwards", 0.7), ("host_acceleration_around", 0.7 + 0.5 * math.pi)):
         value = kernel.size(np.array(Term("restitution", 1.0, (Factor(name),)).row()), known)
         assert value == pytest.approx(5.0 * math.cos(direction) - 2.0 * math.sin(direction))
+
+
+@pytest.mark.parametrize(
+    "wall", [{"polygon_m": ((0.06, 0.05), (-0.05, 0.06), (-0.06, -0.05), (0.05, -0.06))},
+             {"radius_m": 0.06, "obstacle_radius_m": 0.008}],
+)  # fmt: skip
+def test_the_walls_acceleration_is_along_its_normal(wall):
+    """At a flat wall that is not the direction from the Host's centre, at a cylinder the opposite one."""
+    size, drive = 0.002, RIG.host.drive[0]
+    law = WrittenLaw((Term("restitution", size, (Factor("wall_acceleration"),)),))
+    rig = replace(RIG, host=replace(RIG.host, **({"radius_m": None} | wall)), laws=(law,), duration_s=1.0)
+    hit = simulate(rig).impacts
+    rate = 2 * math.pi * drive.frequency_hz
+    pushed = -drive.amplitude * rate**2 * np.sin(rate * hit["time_s"] + drive.phase_rad) * np.cos(hit["normal_rad"])
+    found = -hit["normal_speed_after_m_per_s"] / hit["normal_speed_before_m_per_s"]
+    assert len(hit) > 8 and np.ptp(pushed) > 50.0
+    assert found == pytest.approx(np.clip(rig.impact.restitution + size * pushed, 0, 1), abs=1e-9)
+    assert np.any(np.abs(np.angle(np.exp(1j * (hit["normal_rad"] - hit["azimuth_rad"])))) > 0.1)
 
 
 def test_a_sawtooth_is_a_step_of_mean_zero():

@@ -74,7 +74,7 @@ def of_impacts(known: Array) -> list[Modulator]:
         _one("the sense of spin", Factor("spin", "sign")),
         _one("the centre's speed along the wall", Factor("passing", "absolute_power")),
         _one("the wall's own speed", Factor("wall_speed")),
-        _one("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
+        _one("the wall's own acceleration", Factor("wall_acceleration")),
         _one("the approach speed of the contact before", Factor("last_approach")),
         _one("time", Factor("time")),
         _one("the run", Factor("run")),
