@@ -16,8 +16,9 @@ from analysis.blind.scoring import report, score
 from analysis.blind.scoring.intervals import wilson
 from analysis.blind.scoring.marks import mark
 from analysis.blind.scoring.parameters import missed_above_limit, parameter_checks
-from analysis.blind.scoring.probabilities import probability_figures, reliability
+from analysis.blind.scoring.probabilities import UNLISTED_SHARE, probability_figures, reliability
 from analysis.blind.scoring.withheld import judge_withheld, to_withhold, withheld_figures, withheld_markdown
+from analysis.gap.prediction.probabilities import ABSENT
 from ovines.errors import InputError
 from ovines.recording import read_recording
 
@@ -184,6 +185,23 @@ def test_a_probability_that_is_wrong_costs():
     assert values["log score, effects (0 is best)"] == pytest.approx(-np.log(0.1))
     high = next(band for band in reliability(rows) if band["from"] == 0.8)
     assert high["share_true"] == 0.0 and not high["holds"]
+
+
+def test_what_an_unlisted_cause_costs_is_weighed_as_on_a_bench():
+    """All answered "none" with 0.9: right but for the tenth without an unlisted cause, wrong with one."""
+    assert pytest.approx(1 - ABSENT) == UNLISTED_SHARE  # what the diagnosis rests on
+    truths = [t for t in _truths().values() if t["effect"] == "none" or t["effect"].startswith("unknown_")]
+    rows = [mark(t, {"verdict": "none", "probabilities": {"none": 0.9, "unknown": 0.1}}) for t in truths]
+    unlisted = np.mean([row.truth.unlisted for row in rows])
+    assert 0 < unlisted < 1 and unlisted != UNLISTED_SHARE
+    figures = {f.name: f for f in probability_figures(rows, np.random.default_rng(0))}
+    plain = figures["Brier score, none and unknown"]
+    bench = figures["Brier score, none and unknown, an unlisted cause in one of five"]
+    assert plain.value == pytest.approx(0.81 * unlisted + 0.01 * (1 - unlisted))
+    assert bench.value == pytest.approx(0.81 * 0.2 + 0.01 * 0.8) and not bench.met
+    listed = [row for row in rows if not row.truth.unlisted]
+    alone = {f.name: f for f in probability_figures(listed, np.random.default_rng(0))}
+    assert alone["Brier score, none and unknown, an unlisted cause in one of five"].value is None
 
 
 def test_either_name_is_right_for_missing_floor_friction():
