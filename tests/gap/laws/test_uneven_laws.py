@@ -119,6 +119,10 @@ WALLS = {
     "a ring that slips once": (Term("contact_radius", 1.0, (Factor("time", "beyond", 1.0, 0.6), COSINE)), None),
     "one side swells with the blows": (Term("contact_radius", 1.0, (Factor("blows", "rising", 1.0, 9.0),)), COSINE),
     "a ring with play": (Term("contact_radius", 1.0, (Factor("host_acceleration_outwards", "sign"),)), None),
+    "a ring that is dragged back in its seat": (
+        Term("contact_radius", 1.0, (Factor("host_velocity_along", "tanh", 1.0, 0.5), Factor("azimuth", "cosine"))),
+        None,
+    ),
     "a lining that blows pack": (Term("contact_radius", 1.0, (Factor("blows_here", y=0.4),)), None),
     "a ring that breathes after blows": (Term("contact_radius", 1.0, (Factor("breathing", x=90.0, y=0.06),)), None),
     "a ring that flexes in step": (Term("contact_radius", 1.0, (replace(COSINE, order=2.0), PHASE)), None),

@@ -10,12 +10,15 @@ import pytest
 
 from analysis.flights.cutting.way_slid import way_slid
 from analysis.gap.laws.choice.listed import Listed
+from analysis.gap.laws.choice.numbers_inside import searched
 from analysis.gap.laws.choice.shortlist import shortlist_of
 from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.flights.waves import wave_candidates
 from analysis.gap.laws.dictionary.flights.way import way_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.places import place_candidates
 from analysis.gap.laws.flight_rows import _columns, flight_regression
+from analysis.gap.laws.regression.problem import Profile
 from analysis.gap.selection.flight_steps import first_flights
 from ovines.core.laws import words as W
 from ovines.core.laws.allowed import OF_FLIGHTS_ONLY
@@ -206,3 +209,22 @@ def test_a_pull_along_a_line_comes_out_as_itself(flights):
     best, gain = shortlist_of(problem, rows.columns, listed.candidates, gains, problem.excess)[0]
     assert best.name == "pull along a line of the room" and gain > 25.0
     assert np.cos(best.numbers[0] - line_rad) ** 2 > 0.99
+
+
+def test_a_number_that_changes_nothing_where_it_is_is_none(flights):
+    """Waves that hardly fade fade nowhere: without that, no flight told of the length in which they do, and the right
+    formula of feet that hunt was given up in the equation of motion."""
+    rows, _ = flights
+    scales = RigScales.of(rows.known, 70.0)
+    aside = [one for one in wave_candidates(scales) if one.name.startswith("force across") and "fade" in one.name]
+    fading = aside[4]  # several waves in a flight
+    wave, length = fading.numbers
+    assert fading.settled() is fading
+    unfaded = fading.at([wave, 100.0 * length])
+    assert unfaded.settled().numbers == (wave,) and unfaded.settled().terms == unfaded.terms
+    assert unfaded.settled().at([1.1 * wave]).terms == unfaded.at([1.1 * wave, 100.0 * length]).terms
+    # The search, on flights pushed aside by waves that do not fade.
+    hunts = rows.columns(unfaded.terms)[:, 1]
+    pushed = replace(rows.problem, residual=rows.problem.residual + 5.0 * hunts / np.std(hunts))
+    found = searched(Profile.of(pushed), rows.columns, fading)
+    assert len(found.numbers) == 1 and found.numbers[0] == pytest.approx(wave, rel=0.02)

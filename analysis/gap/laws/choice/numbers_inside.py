@@ -21,7 +21,7 @@ TRIALS, FARTHEST = 40, 10.0
 
 
 def searched(profile: Profile, columns: Columns, candidate: Candidate) -> Candidate:
-    """The candidate at the numbers that explain most of all runs."""
+    """The candidate at the numbers that explain most of all runs, without those that change nothing there."""
     if not candidate.numbers:
         return candidate
     free = Numbers(candidate)
@@ -37,7 +37,7 @@ def searched(profile: Profile, columns: Columns, candidate: Candidate) -> Candid
         method="Nelder-Mead",
         options={"initial_simplex": simplex, "maxfev": TRIALS * n, "xatol": 0.01, "fatol": 0.05},
     )
-    return free.at(found.x)
+    return free.at(found.x).settled()
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ SCALED = (
 )
 # Step of a difference, over a number's sd; and at the most over the number itself: a width stays one.
 STEP_SD, STEP_SHARE = 0.1, 0.25
+# A number that changes nothing within this share of its step is idle.
+IDLE = 0.1
 QUARTER = 0.5 * math.pi
 
 
@@ -66,6 +68,27 @@ class Candidate:
     def at(self, numbers: Sequence[float]) -> Candidate:
         """The same with other numbers."""
         return replace(self, numbers=tuple(float(n) for n in numbers))
+
+    def settled(self) -> Candidate:
+        """The same without the numbers that change nothing where they are: a length beyond which waves do not fade."""
+        one = self
+        for i in reversed(range(len(self.numbers))):
+            number, step = one.numbers[i], IDLE * one.steps[i]
+            sides = [number * math.exp(s) if one.positive[i] else number + s for s in (-step, step)]
+            if all(one.at([*one.numbers[:i], side, *one.numbers[i + 1 :]]).terms == one.terms for side in sides):
+                one = replace(
+                    one,
+                    make=partial(_with_number, one.make, i, number),
+                    numbers=(*one.numbers[:i], *one.numbers[i + 1 :]),
+                    steps=(*one.steps[:i], *one.steps[i + 1 :]),
+                    positive=(*one.positive[:i], *one.positive[i + 1 :]),
+                )
+        return one
+
+
+def _with_number(make: Make, place: int, number: float, *others: float) -> tuple[Term, ...]:
+    """Terms at ``others``, with a ``number`` in its ``place`` among them."""
+    return make(*others[:place], number, *others[place:])
 
 
 def with_coefficients(terms: Sequence[Term], values: Array, covariance: Array) -> tuple[Term, ...]:

@@ -55,7 +55,7 @@ _FOLLOWED = (
     ("the wall's own speed", Factor("wall_speed")), ("the recent blow", Factor("last_approach")),
     ("the Host's acceleration outwards", Factor("host_acceleration_outwards")),
 )  # fmt: skip
-# Shares of the usual acceleration at which a ring with play lies near its stop.
+# Shares of the usual acceleration, or speed, at which a ring with play lies near its stop.
 THROWN = (0.25, 0.7)
 # Directions in which a clamped ring is squashed first.
 SQUASHED = 6
@@ -90,18 +90,25 @@ def _squashed() -> list[Candidate]:
 
 def _thrown(known: Array) -> list[Candidate]:
     """A ring that lies in its seat with play, along the drive or across it: the Host's acceleration throws it to either
-    side, the sooner the less holds it."""
+    side, or what it goes through drags at it, the sooner the less holds it."""
     out = []
-    for way_rad, at in ((0.0, W.HOST_AX), (QUARTER, W.HOST_AY)):
-        usual = float(np.median(np.abs(known[:, at]))) if len(known) else 0.0
+    for way_rad, acceleration, speeds in ((0.0, W.HOST_AX, (W.VX, W.UX)), (QUARTER, W.HOST_AY, (W.VY, W.UY))):
         side = Factor("azimuth", "cosine", 1.0, x=way_rad)
+        floor = known[:, speeds[0]] - known[:, speeds[1]]
+        for done, quantity, values in (
+            ("thrown in", "host_acceleration_along", known[:, acceleration]),
+            ("dragged back in", "host_velocity_along", floor),
+        ):
+            usual = float(np.median(np.abs(values))) if len(known) else 0.0
 
-        def thrown(held: float, side: Factor = side, way_rad: float = way_rad) -> tuple[Term, ...]:
-            return (Term(TARGET, 1.0, (Factor("host_acceleration_along", "tanh", 1.0, held, 0.0, way_rad), side)),)
+            def thrown(
+                held: float, side: Factor = side, way_rad: float = way_rad, quantity: str = quantity
+            ) -> tuple[Term, ...]:
+                return (Term(TARGET, 1.0, (Factor(quantity, "tanh", 1.0, held, 0.0, way_rad), side)),)
 
-        name = f"{WORD} of a ring that is thrown in its seat, along {way_rad:.2g} rad"
-        sizes = [share * usual for share in THROWN if usual > 0]
-        out += [Candidate(name, thrown, (size,), (SCALE_STEP,), (True,)) for size in sizes]
+            name = f"{WORD} of a ring that is {done} its seat, along {way_rad:.2g} rad"
+            sizes = [share * usual for share in THROWN if usual > 0]
+            out += [Candidate(name, thrown, (size,), (SCALE_STEP,), (True,)) for size in sizes]
     return out
 
 
