@@ -74,6 +74,7 @@ def laws_at_impacts(impacts: pd.DataFrame, scenario: Scenario, host_motion: Host
     known[:, W.BLOWS], known[:, W.AT_CYLINDER] = np.arange(len(known)), at_cylinder
     rate = host_motion.at(time_s, 1)
     known[:, W.WALL_SPEED] = np.cos(normal) * rate[:, 0] + np.sin(normal) * rate[:, 1]
+    known[:, W.NORMAL] = normal
     known[:, W.WALL_ACCELERATION] = np.cos(normal) * known[:, W.HOST_AX] + np.sin(normal) * known[:, W.HOST_AY]
     known[:, W.PASSING] = known[:, W.SLIP] - scenario.nes.radius_m * known[:, W.SPIN]
     return LawsAtImpacts(rows, known)

@@ -139,6 +139,7 @@ def known_at_impacts(data: LawData, junctions: Junctions, fits: Sequence[FlightF
     normal = _normals(data, state[:, 9:11] - state[:, 3:5])
     along = state[:, 3:5] - rate[:, :2]
     known[:, W.WALL_SPEED] = np.sum(rate[:, :2] * normal, 1)
+    known[:, W.NORMAL] = np.arctan2(normal[:, 1], normal[:, 0])
     known[:, W.WALL_ACCELERATION] = np.sum(known[:, [W.HOST_AX, W.HOST_AY]] * normal, 1)
     # The wall's outward normal points away from the Host's centre, a cylinder's towards it.
     known[:, W.AT_CYLINDER] = np.sum(known[:, [W.HX, W.HY]] * normal, 1) < 0.0

@@ -100,6 +100,7 @@ def resolve(
         wall_speed, passing = wall_and_centre(face, at)
         known = contact_known(t, y, at, scratch, (azimuth, normal, tangential, wall_speed, passing), p, k)
         known[W.AT_CYLINDER] = 1.0 if wall == P.OBSTACLE else 0.0
+        known[W.NORMAL] = math.atan2(face.y, face.x)
         known[W.WALL_ACCELERATION] = known[W.HOST_AX] * face.x + known[W.HOST_AY] * face.y
         law = with_written(law, system.law, known)
         blow = turned(face, law_of(CONTACT_NORMAL, system.law, known), y[S.SPIN], at, p)

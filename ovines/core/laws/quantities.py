@@ -19,8 +19,8 @@ from ovines.core.laws.memory import trail, way_lately
     Q_HOST_PLACE, Q_ALONG_ROOM, Q_ACCELERATION_AROUND, Q_BREATHING, Q_BREATHING_RATE, Q_BLOWS_HERE, Q_RIM_BLOWS_HERE,
     Q_LAST_SPUN, Q_STRUCK_RIM, Q_TURNED_SINCE, Q_LAST_LEFT, Q_OVALLING_RATE, Q_TWIST, Q_TWIST_RATE, Q_RECENT_RUBBING,
     Q_TURNED, Q_NES_PLACE, Q_SLIDING_FROM_BLOW, Q_OFF_PATH, Q_WAY_SINCE, Q_WAY, Q_TRAIL_ALONG, Q_TRAIL_ACROSS,
-    Q_WAY_LATELY, Q_RIM_ANGLE, Q_LAST_AZIMUTH, Q_WALL_ACCELERATION,
-) = range(77)  # fmt: skip
+    Q_WAY_LATELY, Q_RIM_ANGLE, Q_LAST_AZIMUTH, Q_WALL_ACCELERATION, Q_NORMAL,
+) = range(78)  # fmt: skip
 # A direction of something so short (m, m/s) is none.
 SHORT = 1e-12
 # What has faded for so many of its times is forgotten: a ten millionth is left.
@@ -40,6 +40,8 @@ def before_impact(code: int, known: Floats) -> float:
         return known[W.PASSING]
     if code == Q_WALL_ACCELERATION:
         return known[W.WALL_ACCELERATION]
+    if code == Q_NORMAL:
+        return known[W.NORMAL]
     if code == Q_AT_CYLINDER:
         return known[W.AT_CYLINDER]
     return math.atan2(abs(known[W.SLIP]), known[W.APPROACH])
@@ -277,9 +279,9 @@ def quantity(code: int, x: float, y: float, known: Floats) -> float:
         return known[W.SHARE if code == Q_SHARE else (W.ANGLE if code == Q_ANGLE else W.CLOCK)] - x
     if Q_BLOWS <= code <= Q_OVALLING or Q_BREATHING <= code <= Q_RIM_BLOWS_HERE or Q_TURNED_SINCE <= code <= Q_TURNED:
         return of_turns_or_blows(code, x, y, known)
-    if (code >= Q_SLIDING_FROM_BLOW and code != Q_WALL_ACCELERATION) or code == Q_PLACE_ALONG_SLIDING:
+    if Q_SLIDING_FROM_BLOW <= code <= Q_LAST_AZIMUTH or code == Q_PLACE_ALONG_SLIDING:
         return of_way(code, x, y, known)
-    if code >= Q_RADIAL and code != Q_AT_CYLINDER and code != Q_WALL_ACCELERATION:
+    if code >= Q_RADIAL and code != Q_AT_CYLINDER and code < Q_WALL_ACCELERATION:
         return of_host_or_contact(code, known) - x
     return before_impact(code, known) - x
 
@@ -303,5 +305,5 @@ def circular(code: int) -> bool:
         code == Q_AZIMUTH or code == Q_BODY or code == Q_PHASE or code == Q_CLOCK or code == Q_ANGLE
         or code == Q_CONTACT_TURN or code == Q_SLIDING_DIRECTION or code == Q_HEADING or code == Q_SLIDING_HEADING
         or code == Q_TURNING or code == Q_RIM_TURN or code == Q_STRUCK_RIM or code == Q_SLIDING_FROM_BLOW
-        or code == Q_RIM_ANGLE or code == Q_LAST_AZIMUTH
+        or code == Q_RIM_ANGLE or code == Q_LAST_AZIMUTH or code == Q_NORMAL
     )  # fmt: skip

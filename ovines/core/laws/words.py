@@ -61,9 +61,10 @@ MEMORY_SIZE = 1 + 2 * TRAILS + LATELIES
 WAY_BEFORE = WAY + MEMORY_SIZE
 BEFORE_X, BEFORE_Y = WAY_BEFORE + 1, WAY_BEFORE + 2
 MEMORY_M, MEMORY_S = BEFORE_Y + 1, BEFORE_Y + 2
-#: acceleration of the Host (m/s^2) along the wall's outward normal before an impact
-WALL_ACCELERATION = MEMORY_S + 1
-KNOWN_SIZE = WALL_ACCELERATION + 1
+#: before an impact: acceleration of the Host (m/s^2) along the wall's outward normal, and that one's direction (rad) in
+#: the room
+WALL_ACCELERATION, NORMAL = MEMORY_S + 1, MEMORY_S + 2
+KNOWN_SIZE = NORMAL + 1
 #: a time since the impact before that is long enough to be forgotten (s)
 LONG_AGO_S = 1e6
 
@@ -426,6 +427,14 @@ QUANTITIES: dict[str, Quantity] = {
                 False,
                 "",
                 "acceleration of the Host along the wall's outward normal before the impact",
+            ),
+            (
+                "normal_direction",
+                "rad",
+                r"\theta_n",
+                True,
+                "angle",
+                "direction of the wall's outward normal where the disk strikes, in the room",
             ),
         )
     )

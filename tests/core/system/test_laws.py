@@ -46,7 +46,7 @@ QUANTITY_CODES = (
     "ACCELERATION_AROUND BREATHING BREATHING_RATE BLOWS_HERE RIM_BLOWS_HERE LAST_SPUN STRUCK_RIM "
     "TURNED_SINCE LAST_LEFT OVALLING_RATE TWIST TWIST_RATE RECENT_RUBBING TURNED NES_PLACE "
     "SLIDING_FROM_BLOW OFF_PATH WAY_SINCE WAY TRAIL_ALONG TRAIL_ACROSS WAY_LATELY RIM_ANGLE "
-    "LAST_AZIMUTH WALL_ACCELERATION"
+    "LAST_AZIMUTH WALL_ACCELERATION NORMAL"
 )
 #: an effect of the library, and the same as a formula
 AS_FORMULA = [
@@ -527,15 +527,17 @@ def test_the_hosts_acceleration_has_two_parts_where_the_disk_is():
 )  # fmt: skip
 def test_the_walls_acceleration_is_along_its_normal(wall):
     """At a flat wall that is not the direction from the Host's centre, at a cylinder the opposite one."""
-    size, drive = 0.002, RIG.host.drive[0]
-    law = WrittenLaw((Term("restitution", size, (Factor("wall_acceleration"),)),))
+    size, drive, uneven = 0.002, RIG.host.drive[0], 0.05
+    faces = Term("restitution", uneven, (Factor("normal_direction", "cosine", x=0.4),))
+    law = WrittenLaw((Term("restitution", size, (Factor("wall_acceleration"),)), faces))
     rig = replace(RIG, host=replace(RIG.host, **({"radius_m": None} | wall)), laws=(law,), duration_s=1.0)
     hit = simulate(rig).impacts
     rate = 2 * math.pi * drive.frequency_hz
     pushed = -drive.amplitude * rate**2 * np.sin(rate * hit["time_s"] + drive.phase_rad) * np.cos(hit["normal_rad"])
     found = -hit["normal_speed_after_m_per_s"] / hit["normal_speed_before_m_per_s"]
     assert len(hit) > 8 and np.ptp(pushed) > 50.0
-    assert found == pytest.approx(np.clip(rig.impact.restitution + size * pushed, 0, 1), abs=1e-9)
+    expected = rig.impact.restitution + size * pushed + uneven * np.cos(hit["normal_rad"] - 0.4)
+    assert found == pytest.approx(np.clip(expected, 0, 1), abs=1e-9)
     assert np.any(np.abs(np.angle(np.exp(1j * (hit["normal_rad"] - hit["azimuth_rad"])))) > 0.1)
 
 

@@ -90,6 +90,8 @@ STEPS = (0.05, 0.15, 0.3, 0.5, 0.7, 0.85)
 # Order of a form that falls ever more slowly, as creep does in time and the strength of contacts in the rate of slip:
 # 1 / (1 + |x|^order) of a half leaves a hundredth (RMS) of log(1 + |x|) over two decades.
 SLOWLY = 0.5
+# A wall faces another way than from the Host's centre where the two differ by more (rad): not by a lens residual.
+ANOTHER_WAY_RAD = 0.2
 # Angles of incidence (rad) at which something changes at once.
 GLANCES = (0.2, 0.45, 0.8)
 
@@ -109,6 +111,7 @@ def law_candidates(known: Array) -> list[Candidate]:
             ):
                 terms = (Term(target, 1.0, (factor, wave)) for wave in waves(quantity))
                 out.append(plain(f"{WORDS[target]} with {name} and the {quantity}", *terms))
+        out += _by_the_normal(target, known)
         out += [in_step(WORDS[target], target, *orders) for orders in IN_STEP]
         out.append(meshing(WORDS[target], target))
         for quantity in ("host_acceleration_along", "host_velocity_along"):
@@ -142,6 +145,21 @@ def law_candidates(known: Array) -> list[Candidate]:
         sides = (Term("spin_added", 1.0, (wave,)) for wave in waves("azimuth", order))
         out.append(plain(f"spin added around the wall, order {order:g}", *sides))
     return out + normal_candidates(known)
+
+
+def _by_the_normal(target: str, known: Array) -> list[Candidate]:
+    """By the direction in which the wall faces, with and without the sense of slip, where that is another than the
+    direction from the Host's centre: at flat walls and a cylinder."""
+    off = known[:, W.NORMAL] - np.arctan2(known[:, W.HY], known[:, W.HX])
+    if not np.any(np.abs(np.angle(np.exp(1j * off))) > ANOTHER_WAY_RAD):
+        return []
+    out = []
+    for order in (1.0, 2.0):
+        terms = tuple(Term(target, 1.0, (wave,)) for wave in waves("normal_direction", order))
+        out.append(plain(f"{WORDS[target]} with the way the wall faces, order {order:g}", *terms))
+    terms = tuple(Term(target, 1.0, (Factor("slip", "sign"), wave)) for wave in waves("normal_direction"))
+    out.append(plain(f"{WORDS[target]} with the sense of slip and the way the wall faces", *terms))
+    return out
 
 
 def _resisted(known: Array) -> list[Candidate]:
