@@ -50,7 +50,8 @@ class Cause:
     """One accepted effect: where it lies, parameters (value, sd), how many times its negligible size it is, its gain.
 
     ``rivals``: effects that explain the same residual as well as this one does, in these data; ``by_run``: what each
-    run says of an effect of the measurement; ``instead``: the best formula in its place that is no effect's."""
+    run says of an effect of the measurement; ``instead``: the best formula in its place that is no effect's;
+    ``matters``: how much its strength counts beside others'."""
 
     effect: str
     stage: str
@@ -62,6 +63,12 @@ class Cause:
     rivals: tuple[str, ...] = ()
     by_run: ByRun | None = None
     instead: Instead | None = None
+    matters: float = 1.0
+
+    @property
+    def weight(self) -> float:
+        """Its strength as it counts beside that of others."""
+        return self.strength * self.matters
 
 
 @dataclass(frozen=True)
@@ -88,7 +95,8 @@ class Structure:
     """Something no effect of the library explains: where it lies, what it goes with, and its ``size`` in ``unit``.
 
     ``strength``: how many times what is negligible; ``gain``: fall of -2 log L; ``p``: how often chance makes the best
-    of all that was tried look so; ``places`` of the runs where each lies in its own, in no order."""
+    of all that was tried look so; ``places`` of the runs where each lies in its own, in no order; ``matters``: how much
+    its strength counts beside others', of a residual that shows less than what matters elsewhere."""
 
     stage: str
     phase: str
@@ -100,6 +108,12 @@ class Structure:
     unit: str
     p: float
     places: tuple[RunPlace, ...] = ()
+    matters: float = 1.0
+
+    @property
+    def weight(self) -> float:
+        """Its strength as it counts beside that of others."""
+        return self.strength * self.matters
 
     @property
     def is_no_formula(self) -> bool:

@@ -85,7 +85,7 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     gap |= judged.gap | {"left_p": ladder.left_p}
     actions = _actions(ladder, tests, laws)
     found: list[Cause | Structure] = [*causes, *ladder.structure]
-    strongest = max(found, key=lambda one: one.strength, default=None)
+    strongest = max(found, key=lambda one: one.weight, default=None)
     summary = {
         "format": 2,
         "verdict": verdict_of(ladder),
@@ -189,7 +189,7 @@ def _where(ladder: Ladder, excess: Mapping[str, float]) -> list[dict[str, Any]]:
     total = sum(excess.values())
     out = []
     for stage, value in sorted(excess.items(), key=lambda item: -item[1]):
-        here = max((one for one in found if shows_in(one, stage)), key=lambda one: one.strength)
+        here = max((one for one in found if shows_in(one, stage)), key=lambda one: one.weight)
         if value > LEAST_SHARE * total:
             share = round(value / total, 4)
             out.append({"stage": here.stage, "phase": here.phase, "coordinate": here.coordinate, "excess": share})

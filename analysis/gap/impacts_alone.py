@@ -111,10 +111,10 @@ def _found(causes: Sequence[Cause], structure: Sequence[Structure]) -> dict[str,
     return {
         "format": 2,
         "verdict": "unknown" if structure else "effect" if causes else "none",
-        "effects": [cause.effect for cause in sorted(causes, key=lambda one: -one.strength)],
+        "effects": [cause.effect for cause in sorted(causes, key=lambda one: -one.weight)],
         "equivalent": list(dict.fromkeys(name for cause in causes for name in (cause.effect, *cause.rivals))),
         "stage": "impact" if causes or structure else None,
-        "left": [one.entry() for one in sorted(structure, key=lambda one: -one.strength)],
+        "left": [one.entry() for one in sorted(structure, key=lambda one: -one.weight)],
         "laws": [],
     }
 
@@ -134,7 +134,7 @@ def _where(found: Sequence[Cause | Structure]) -> list[dict[str, Any]]:
     """The coordinate of an impact in which the strongest shows."""
     if not found:
         return []
-    coordinate = max(found, key=lambda one: one.strength).coordinate
+    coordinate = max(found, key=lambda one: one.weight).coordinate
     return [{"stage": "impact", "phase": "impact", "coordinate": coordinate, "excess": 1.0}]
 
 
@@ -196,8 +196,8 @@ def _probabilities(causes: Sequence[Cause], detectable: dict[str, Any], left_p: 
 
 
 def _next_test(causes: Sequence[Cause], structure: Sequence[Structure]) -> str:
-    said = [test_by_hand(max(causes, key=lambda one: one.strength).effect)] if causes else []
-    said += [unknown_test("impact", max(structure, key=lambda one: one.strength).goes_with)] if structure else []
+    said = [test_by_hand(max(causes, key=lambda one: one.weight).effect)] if causes else []
+    said += [unknown_test("impact", max(structure, key=lambda one: one.weight).goes_with)] if structure else []
     return " ".join(said) or NONE_TEST
 
 

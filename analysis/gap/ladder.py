@@ -162,8 +162,8 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         flights=flights,
         impacts=impacts,
         centres=tuple(offsets),
-        causes=tuple(sorted(causes, key=lambda c: -c.strength)),
-        structure=tuple(sorted(structure, key=lambda s: -s.strength)),
+        causes=tuple(sorted(causes, key=lambda c: -c.weight)),
+        structure=tuple(sorted(structure, key=lambda s: -s.weight)),
     )
 
 
@@ -192,8 +192,8 @@ def with_contacts_of(
         ladder,
         impacts=impacts,
         centres=tuple(offsets),
-        causes=tuple(sorted(causes, key=lambda c: -c.strength)),
-        structure=tuple(sorted(structure, key=lambda s: -s.strength)),
+        causes=tuple(sorted(causes, key=lambda c: -c.weight)),
+        structure=tuple(sorted(structure, key=lambda s: -s.weight)),
     )
 
 
@@ -217,8 +217,8 @@ def with_leaning_wall(
         ladder,
         impacts=impacts,
         centres=tuple(offsets),
-        causes=tuple(sorted(causes, key=lambda c: -c.strength)),
-        structure=tuple(sorted(structure, key=lambda s: -s.strength)),
+        causes=tuple(sorted(causes, key=lambda c: -c.weight)),
+        structure=tuple(sorted(structure, key=lambda s: -s.weight)),
     )
 
 

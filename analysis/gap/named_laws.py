@@ -102,7 +102,7 @@ def with_named_contact_law(
     ladder = replace(
         ladder,
         impacts=replace(ladder.impacts, nominal=nominal),
-        causes=tuple(sorted((*ladder.causes, cause), key=lambda one: -one.strength)),
+        causes=tuple(sorted((*ladder.causes, cause), key=lambda one: -one.weight)),
     )
     return ladder, flights
 
@@ -122,7 +122,7 @@ def _holding(flights: FlightFit, named: NamedPart) -> FlightFit:
 def _cause(ladder: Ladder, law: LawFound, named: NamedPart) -> Cause:
     """The effect as a cause, as large as what was left where the law was found."""
     stage = law.law.stage
-    strongest = max((one for one in ladder.structure if one.stage == stage), key=lambda one: one.strength)
+    strongest = max((one for one in ladder.structure if one.stage == stage), key=lambda one: one.weight)
     return Cause(
         named.effect.name,
         stage,
@@ -131,4 +131,5 @@ def _cause(ladder: Ladder, law: LawFound, named: NamedPart) -> Cause:
         strongest.gain,
         strongest.coordinate,
         strongest.phase,
+        matters=strongest.matters,
     )

@@ -34,6 +34,7 @@ from analysis.gap.selection.flight_steps import FlightSteps
 from analysis.gap.selection.flights_beside_law import sized_beside
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit
+from analysis.gap.selection.impacts.gain import mattering
 from analysis.gap.thresholds import (
     DISTANCE_NEGLIGIBLE,
     ELLIPTICITY_NEGLIGIBLE,
@@ -97,7 +98,7 @@ def _named_contact_part(found: Sequence[LawFound | None], known: frozenset[str])
 
 def _with_structure(ladder: Ladder, more: Sequence[Structure]) -> Ladder:
     """The ladder with what is left beside what its probes found."""
-    return replace(ladder, structure=tuple(sorted((*ladder.structure, *more), key=lambda one: -one.strength)))
+    return replace(ladder, structure=tuple(sorted((*ladder.structure, *more), key=lambda one: -one.weight)))
 
 
 def _flight_law(
@@ -128,7 +129,7 @@ def _flight_law(
         if believed(law, law.size, least) is None:
             return None, ladder
         structure = (*ladder.structure, structure_of_law(law, "flight", "x", law.size, least))
-        ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.strength)))
+        ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.weight)))
     ladder = _sized_beside(ladder, law, steps)
     part = named_part(law, withheld)
     if part is None:
@@ -269,7 +270,9 @@ def _believed_impact_law(
     target = max(sizes, key=lambda one: sizes[one][0] / sizes[one][1])
     if believed(law, *sizes[target]) is None:
         return None, ()
-    return law, (structure_of_law(law, "impact", COORDINATES[target], *sizes[target]),)
+    return law, (
+        structure_of_law(law, "impact", COORDINATES[target], *sizes[target], mattering(_fitted(ladder).lasts)),
+    )
 
 
 def _surely_effect(law: LawFound, ladder: Ladder, fits: Sequence[FlightFits]) -> str | None:

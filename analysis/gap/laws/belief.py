@@ -23,12 +23,15 @@ def believed(law: LawFound, size: float, least: float) -> LawFound | None:
     return law if size > least and closes and alike else None
 
 
-def structure_of_law(law: LawFound, stage: str, coordinate: str, size: float, least: float) -> Structure:
-    """The structure that an unprompted law stands for: it goes with what the law's first term follows."""
+def structure_of_law(
+    law: LawFound, stage: str, coordinate: str, size: float, least: float, matters: float = 1.0
+) -> Structure:
+    """The structure that an unprompted law stands for: it goes with what the law's first term follows; ``matters``: how
+    much its strength counts beside others'."""
     gain = float(np.sum(law.before - law.after))
     unit = "m" if stage == "geometry" else "1"
     phase = "free flight" if stage == "flight" else "impact"
-    return Structure(stage, phase, coordinate, followed_by(law), size / least, gain, size, unit, law.p)
+    return Structure(stage, phase, coordinate, followed_by(law), size / least, gain, size, unit, law.p, matters=matters)
 
 
 def followed_by(law: LawFound) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from analysis.contact.law import Law, LawData
 from analysis.contact.restitution import fit_effects
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.selection.impacts.gain import ImpactGain, negligible_share, negligible_size
+from analysis.gap.selection.impacts.gain import ImpactGain, mattering, negligible_share, negligible_size
 from analysis.gap.selection.impacts.restitution import kept_gain, restitution_gains
 from analysis.gap.selection.impacts.tangential import tangential_gains
 from analysis.gap.selection.null_distribution import by_chance, chance_of_largest, threshold
@@ -49,7 +49,8 @@ def select_laws(
     """Restitution's terms, named or not, by forward selection with a look back; then probes in tangential and angular
     law.
 
-    A probe that explains clearly more than any name stays in the model as structure, and names are judged beside it.
+    A probe that explains clearly more than any name stays in the model as structure, and names are judged beside it:
+    they must say as much as where contacts last, for a probe has not its cause's form, and leaves a part of it.
     ``surely``: names that something else has shown already."""
     names, added = [*held, *(name for name in surely if name not in held)], dict[str, tuple[str, ...]]()
     least = threshold(null_distribution, IMPACT_GAIN)
@@ -60,7 +61,10 @@ def select_laws(
         found = restitution_gains(base.data, names, withheld, _columns(structure))
         first = first or [g for g in found if g.named]
         open_ = [
-            g for g in found if g.name not in {s.name for s in structure} and law_accepted(g, least, base.data, finite)
+            g
+            for g in found
+            if g.name not in {s.name for s in structure}
+            and law_accepted(g, least, base.data, finite or (g.named and bool(structure)))
         ]
         best = max((g for g in open_ if g.named), key=lambda g: g.gain, default=None)
         probe = max((g for g in open_ if not g.named), key=lambda g: g.gain, default=None)
@@ -71,7 +75,7 @@ def select_laws(
             names = [
                 n
                 for n in names
-                if n in (*held, *surely) or law_accepted(_kept(base, names, n, structure), least, base.data, finite)
+                if n in (*held, *surely) or law_accepted(_kept(base, names, n, structure), least, base.data, True)
             ]
         else:
             names.append(best.name)
@@ -110,7 +114,16 @@ def _law_structure(gain: ImpactGain, data: LawData, null_distribution: Array, tr
     strength = gain.size / negligible_size(gain.residual, data, lasts)
     unit = "m/s" if gain.residual == "angular" else "1"
     return Structure(
-        "impact", "impact", COORDINATES[gain.residual], gain.name, strength, gain.gain, gain.size, unit, chance
+        "impact",
+        "impact",
+        COORDINATES[gain.residual],
+        gain.name,
+        strength,
+        gain.gain,
+        gain.size,
+        unit,
+        chance,
+        matters=1.0 if gain.residual == "angular" else mattering(lasts),
     )
 
 
@@ -134,7 +147,7 @@ def _restitution_cause(
 ) -> Cause:
     parameters = fit_effects(base.data, names, {}, _columns(structure)).sizes[gain.name]
     strength = gain.size / negligible_share("restitution", lasts)
-    return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact")
+    return Cause(gain.name, "impact", parameters, strength, gain.gain, "normal", "impact", matters=mattering(lasts))
 
 
 def rivals_of(best: ImpactGain, candidates: Sequence[ImpactGain]) -> tuple[str, ...]:

@@ -26,6 +26,12 @@ def negligible_size(residual: str, data: LawData, lasts: bool) -> float:
     return negligible_share(residual, lasts) * unit
 
 
+def mattering(lasts: bool) -> float:
+    """How much strengths of impacts, which ``lasts`` or are instants, count beside those of flights and measurement:
+    instants show a third of what matters."""
+    return 1.0 if lasts else 1.0 / WHILE_LASTING
+
+
 def negligible_share(residual: str, lasts: bool) -> float:
     """The same of restitution and friction, which have no unit."""
     return NEGLIGIBLE[residual] * (WHILE_LASTING if lasts and residual != "angular" else 1.0)
