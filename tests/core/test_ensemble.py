@@ -64,7 +64,6 @@ def test_a_contact_at_the_very_start_of_a_step_goes_on():
     assert np.isfinite(many.final_state).all() and set(many.n_impacts) == {50} and set(many.n_contacts) == {1}
 
 
-@pytest.mark.further
 def test_a_real_cluster_that_loses_a_worker_gives_the_same():
     """A local scheduler with two worker processes; one is killed while it works."""
     distributed = pytest.importorskip("distributed")

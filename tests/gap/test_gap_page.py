@@ -162,13 +162,11 @@ def test_what_a_written_law_predicts_is_no_noise(tilted):
     assert blind > 3 * noise and knowing == pytest.approx(noise, rel=0.1)
 
 
-@pytest.mark.further
 def test_every_figure_is_there_and_the_page_is_light(page):
     assert figures_of(page) >= {*FIGURES, "gap-flights-table-tilt"}
     assert len(page.render()) < 4e6
 
 
-@pytest.mark.further
 def test_page_in_a_browser(page, browse):  # noqa: F811
     seen = browse(page.render(), 400)
     assert seen.console == [] and seen.fetched == []
@@ -201,7 +199,6 @@ def test_trajectory_shows_the_flight_where_the_models_differ_most(tilted):
     assert chosen.rms["with_effect"] < chosen.rms["recalibrated"]
 
 
-@pytest.mark.further
 def test_motion_alone_gives_named_gaps(tilted, without_next_test):
     series = tilted[0].ladder.series
     short = from_motions(series.recordings[:1], [series.motions[0].iloc[:60]])
@@ -213,7 +210,6 @@ def test_motion_alone_gives_named_gaps(tilted, without_next_test):
     page.render()
 
 
-@pytest.mark.further
 def test_unknown_is_said_with_what_it_goes_with(tilted):
     """The page of an unknown: made from a diagnosis whose structure is put there by hand, because only its words are
     tested.

@@ -209,7 +209,6 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return read_recording(folder)
 
 
-@pytest.mark.further
 @SOME
 @given(st.sampled_from([1, -1]), st.floats(-3.1, 3.1), st.floats(-30, 30))
 def test_motion_turns_and_mirrors_with_the_points(recording, mirror, turn_rad, spin):
@@ -229,7 +228,6 @@ def test_motion_turns_and_mirrors_with_the_points(recording, mirror, turn_rad, s
     assert np.abs(turned).max() < 1e-8
 
 
-@pytest.mark.further
 def test_restitution_is_the_same_in_a_mirror(recording):
     """Parameters of the rig do not depend on which way the world is turned: 0.72 in both, to a hundredth of its sd."""
     rng = np.random.default_rng(5)

@@ -78,7 +78,6 @@ def pair():
     return images, cameras, offsets, host, nes
 
 
-@pytest.mark.further
 def test_host_wall_from_its_top_rim(pair):
     images, cameras, offsets, host, _ = pair
     rim = fit_rim(images, cameras, offsets, np.array([*host + 2e-4, 0.0115]), 0.036 * 1.02)

@@ -189,7 +189,6 @@ def covered(seeds: range, count: int) -> np.ndarray:
     return np.mean(hits, 0)
 
 
-@pytest.mark.further
 def test_intervals_hold_the_truth_as_often_as_they_say():
     # 30 series: 90 % +- 5.5 %; intervals half as wide hold the truth in 60 %.
     share = covered(range(1000, 1030), 25)

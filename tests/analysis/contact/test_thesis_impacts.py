@@ -221,7 +221,6 @@ def test_one_impact_has_an_l_of_zeros_and_two_kinds_close_it():
     assert both.loc["tangential_restitution", "value"] == pytest.approx(0.49, abs=0.02)
 
 
-@pytest.mark.further
 def test_joint_region_covers_the_truth():
     """90 % region over 150 series of 14 impacts with known noise: coverage 0.90 within three binomial sd
     (0.073).

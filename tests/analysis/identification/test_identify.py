@@ -208,7 +208,6 @@ POOR = {
 }
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("case", POOR)
 def test_poor_data_give_tables_and_no_warning(case, driven, recording):
     with warnings.catch_warnings():

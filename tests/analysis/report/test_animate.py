@@ -48,7 +48,6 @@ def disk_place_px(picture) -> float:
     return float(np.nonzero(near)[1].mean())
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize(
     "wall",
     ["inner_radius_m = 0.05", "polygon_m = [[-0.05, -0.05], [0.05, -0.05], [0.05, 0.05], [-0.05, 0.05]]"],

@@ -132,7 +132,6 @@ def test_the_browser_would_tell(browse):
     assert seen.pictures == [("gone", 0, 0), ("far", 0, 0)]
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("width_px", [1200, 400])
 def test_page_in_a_browser(browse, width_px):
     seen = browse(nasty_page().render(), width_px)

@@ -189,7 +189,6 @@ def full(tmp_path_factory):
     return folder, time.process_time() - start
 
 
-@pytest.mark.further
 def test_figures_are_saved_too(tmp_path, unpainted):
     folder = write(tmp_path / "results", ("motion", "thesis_impacts", "impacts", "identification"))
     recording_page(read_results(folder, recording(tmp_path / "rec"))).save_figures(folder / "figures")
@@ -198,7 +197,6 @@ def test_figures_are_saved_too(tmp_path, unpainted):
     assert len(saved) == 2 * 8
 
 
-@pytest.mark.further
 def test_full_report_in_a_browser(full, browse):
     page = (full[0] / "report.html").read_text(encoding="utf-8")
     for width_px in (1200, 400):
@@ -222,7 +220,6 @@ def test_the_page_says_what_was_found(full):
     assert "The Host accelerates" in page.replace("the Host accelerates", "The Host accelerates")
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("chosen", "answer"),
     [

@@ -107,7 +107,6 @@ def fast(times, speeds, *more):
     return np.column_stack([times, speeds, *more])[keep]
 
 
-@pytest.mark.further
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenarios(kind):
     """Six of each kind.  A tenth of a micrometre, times what the system makes of an error; measured mostly below 1e-10
@@ -142,7 +141,6 @@ def test_random_scenarios(kind):
     assert held >= (0 if kind in ("free", "leaning", "obstacle") else 2)
 
 
-@pytest.mark.further
 def test_ensembles_in_distribution():
     """50 runs of either simulator from their own random starts: impacts, spin, speed, place, time in contact (KS)."""
     from scipy.stats import ks_2samp

@@ -26,7 +26,6 @@ def random_scenario(rng, motion, **shape):
     return Scenario("random", Nes(0.01, 0.0246), host, law, 0.3, friction, start)
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("motion", ["driven", "free", "sprung"])
 @pytest.mark.parametrize("shape", ["round", "obstacle", "triangle"])
 def test_random_runs(motion, shape):

@@ -112,7 +112,6 @@ def errors(true, **changes):
     return np.abs(result.impacts["time_s"] - true)
 
 
-@pytest.mark.further
 def test_impact_times_to_the_last_digit(true):
     """Flights and impacts in pairs of doubles: measured 0 up to impact 24 and beyond; the goal is 1e-9 s at impact
     10.
@@ -139,7 +138,6 @@ def test_doubles_alone_follow_20_impacts(true):
     assert np.max(found[:20]) < 1e-2
 
 
-@pytest.mark.further
 def test_arithmetic_of_pairs():
     """Sums, products, quotients, roots, sine, cosine, exponential against mpmath: 30 digits."""
     mp.mp.dps = 60

@@ -141,6 +141,7 @@ def test_a_contact_that_lasts_keeps_its_name(loaded):
     assert [cause.effect for cause in ladder.causes] == ["finite_contact_time"] and laws == ()
 
 
+@pytest.mark.further
 def test_a_law_that_is_held_is_not_found_again(loaded, tmp_path):
     """Written into a file and given to the diagnosis: what advice says to do."""
     _, series = loaded("unknown_smoothed_tracks", 0.6, 3, "ar1", 3)

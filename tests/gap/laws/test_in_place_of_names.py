@@ -191,6 +191,7 @@ def test_no_formula_says_more_of_flights_than_the_true_name(loaded, name, column
     assert flight_law_beyond(search, steps, series.frame, np.random.default_rng(0), 0.0) is None
 
 
+@pytest.mark.further
 def test_a_formula_that_promises_much_less_than_names_and_law_is_not_fitted(loaded, monkeypatch):
     """Air drag named, and a law beside it: no other form says nearly as much, and a fit in the equation of motion takes
     most of a diagnosis' time."""

@@ -36,6 +36,7 @@ def test_markers_on_soft_pads_are_a_host_that_is_seen_beside_its_place(tmp_path)
     assert "Glue the markers to the ring itself" in unknown_test("measurement", ladder.structure[0].goes_with)
 
 
+@pytest.mark.further
 def test_a_ring_that_is_thrown_on_the_host_is_a_law_of_the_wall(tmp_path):
     """Contact distances say the same of it; flights, whose floor is where it is seen, fit worse with the Host moved."""
     made = make_series("unknown_seat_play", 0.6, np.random.default_rng(4), runs=3, noise="white")

@@ -126,7 +126,6 @@ def test_threshold_is_the_larger_of_the_two(dragged):
     )
 
 
-@pytest.mark.further
 def test_next_test_ranks_settings_and_agrees_with_the_series_itself(dragged):
     causes = dragged.causes
     assert rival_of(dragged, causes[0], causes) == "viscous_drag"

@@ -66,6 +66,7 @@ def test_too_few_contacts_say_nothing_of_the_wall(tmp_path):
     assert (wall_swings(swing, ladder.drive.paths, ladder.drive.pushes, none) == 0).all()
 
 
+@pytest.mark.further
 def test_a_host_at_rest_is_followed_after_blows_too(tmp_path):
     launch = Wish(launch=(2.0, 100.0))
     made(tmp_path / "series", "host_recoil", 1.0, 4, [launch, launch, launch])
@@ -103,6 +104,7 @@ def test_further_recordings_keep_what_the_next_test_of_a_swing_promises(tmp_path
         assert abs(said - promised**2) < 2.5 * 2 * promised
 
 
+@pytest.mark.further
 def test_a_swing_that_is_settled_needs_no_next_test(tmp_path):
     made(tmp_path / "series", "host_ringing", 0.6, 1, [Wish()])
     ladder = run_ladder(brought(tmp_path / "series"), np.random.default_rng(0))

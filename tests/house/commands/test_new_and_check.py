@@ -136,7 +136,6 @@ def test_new_asks_at_a_terminal(tmp_path):
     assert recording.board == "charuco_5x7_8mm"
 
 
-@pytest.mark.further
 def test_new_asks_only_for_what_is_left_out(tmp_path):
     given = [
         "--cameras",

@@ -144,7 +144,6 @@ def test_refusals(tmp_path, capsys, arguments, word):
     assert word in capsys.readouterr().err
 
 
-@pytest.mark.further
 def test_without_the_extra_it_says_how_to_get_it(tmp_path):
     """In a Python in which rerun cannot be imported."""
     hide = "import sys; sys.modules['rerun'] = None; from ovines.__main__ import main; sys.exit(main(['view', '.']))"

@@ -165,7 +165,6 @@ def through_every_command(
     return ends
 
 
-@pytest.mark.further
 @pytest.mark.usefixtures("without_next_test")
 @pytest.mark.parametrize("case", cases(TRACKS))
 def test_poor_tracks(case, tmp_path, capsys, monkeypatch):
@@ -221,7 +220,6 @@ def write_motion(folder: Path, motion: pd.DataFrame) -> None:
     (folder / "recording.toml").write_text(f"format = 1\n[time]\nframe_rate_hz = 800.0\n{BODIES}")
 
 
-@pytest.mark.further
 @pytest.mark.usefixtures("without_next_test")
 @pytest.mark.parametrize("case", cases(MOTION))
 def test_poor_motion(case, tmp_path, capsys):
@@ -259,7 +257,6 @@ IMAGES = {
 }
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("case", cases(IMAGES))
 def test_images_that_show_nothing(case, tmp_path, capsys):
     write_frames(tmp_path / "run", IMAGES[case])
@@ -269,7 +266,6 @@ def test_images_that_show_nothing(case, tmp_path, capsys):
     assert status == 2 and word in said
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("case", ["black", "noise"])
 def test_calibration_images_without_a_board(case, tmp_path, capsys):
     folder = write_small_recording(tmp_path / "run", frames=20).folder
@@ -327,7 +323,6 @@ def test_tracks_of_half_a_series_do_not_cost_the_other_half(tmp_path, capsys):
     assert (tmp_path / "out" / "report.html").exists() and (tmp_path / "out" / "a" / "report.html").exists()
 
 
-@pytest.mark.further
 def test_results_that_another_program_spoiled(tmp_path, capsys):
     """Tables in the results folder are input again for `compare`, `report` and `animate`."""
     folder, out = write_small_recording(tmp_path / "run", frames=100).folder, tmp_path / "out"

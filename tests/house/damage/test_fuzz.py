@@ -459,7 +459,6 @@ def attack(kind: str, tmp_path: Path, count: int) -> dict[str, float]:
     return figures
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("kind", KINDS)
 def test_some_damaged_files(kind, tmp_path):
     figures = attack(kind, tmp_path, QUICK)

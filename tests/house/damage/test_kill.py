@@ -83,7 +83,6 @@ def test_killed_between_writing_and_renaming(small_recording, tmp_path, monkeypa
     assert done.stages == {"lens": "run", COMMAND: "run"} and not list(out.glob(f".*{TEMPORARY_SUFFIX}"))
 
 
-@pytest.mark.further
 def test_no_room_on_the_disk(small_recording, tmp_path, ovines):
     """A limit on the size of a file stops the write in the middle, as a full disk does."""
     out = tmp_path / "out"

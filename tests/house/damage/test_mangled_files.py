@@ -3,7 +3,6 @@
 import json
 import string
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -30,7 +29,6 @@ def read_or_refuse(read, *arguments):
         return None
 
 
-@pytest.mark.further
 @MANY
 @given(data=st.data())
 def test_calibration(tmp_path, data):
@@ -73,7 +71,6 @@ def test_trigger(tmp_path, rows):
         assert (frames[1:] > frames[:-1]).all() and (times_s[1:] > times_s[:-1]).all()
 
 
-@pytest.mark.further
 @MANY
 @given(
     st.lists(

@@ -72,7 +72,6 @@ def test_empty_folders(tmp_path, capsys):
     assert "no key 'format'" in capsys.readouterr().err
 
 
-@pytest.mark.further
 def test_names_of_every_kind(tmp_path, capsys):
     """Folders' names; each gives the table of the same recording under another name."""
     first = write_small_recording(tmp_path / "series" / "plain", frames=20).folder
@@ -94,7 +93,6 @@ def test_a_path_that_is_no_utf8(tmp_path, ovines):
     assert not os.path.exists(folder + "/results")
 
 
-@pytest.mark.further
 @pytest.mark.usefixtures("unpainted")
 def test_html_in_names_is_text_in_every_page(tmp_path, capsys):
     """Title of the recording and marker names are a user's; the pages show them and nothing more."""
@@ -206,7 +204,6 @@ COMMANDS: dict[str, Callable[[Path, Path], list]] = {
 }
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_room_in_any_command(command, tmp_path, ovines):
     """A limit on the size of a file, as a full disk: three lines, nothing half written, and room again ends well."""

@@ -77,7 +77,6 @@ def identified(folder: Path) -> pd.DataFrame:
     return read_table(folder / "identification.parquet", "identification").set_index("parameter")
 
 
-@pytest.mark.further
 @pytest.mark.parametrize("images", ["raw", "undistorted"])
 def test_vibration_tracker_to_the_identification(tmp_path, reference, images):
     tracks = read_table(SAMPLE / "run-01" / "tracks.parquet", "tracks")

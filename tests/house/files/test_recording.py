@@ -88,7 +88,6 @@ def test_not_utf8_and_not_there(tmp_path):
         read_recording(tmp_path)
 
 
-@pytest.mark.further
 @drawn(150)
 @given(data=st.data())
 def test_a_mangled_file_is_read_or_refused(folder, data):

@@ -179,7 +179,6 @@ def test_a_truncated_file_is_refused(tmp_path):
         assert read_provenance(path) is None
 
 
-@pytest.mark.further
 @drawn(60)
 @given(data=st.data())
 def test_a_damaged_file_is_read_or_refused(tmp_path, data):
@@ -197,7 +196,6 @@ def test_a_damaged_file_is_read_or_refused(tmp_path, data):
     assert list(frame.columns) == list(TABLES["tracks"].names)
 
 
-@pytest.mark.further
 @drawn(40)
 @given(
     st.lists(

@@ -53,7 +53,6 @@ def test_other_print_is_found_and_noted(pictures, truth):
     assert board == thesis(**truth) and all(f"{key} = true" in said for key in truth)
 
 
-@pytest.mark.further
 def test_mirrored_images_and_wrong_dictionary_are_refused_by_name(pictures):
     image = pictures(thesis())
     with pytest.raises(InputError, match="mirrored"):

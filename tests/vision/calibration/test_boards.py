@@ -95,7 +95,6 @@ def rectangles_of_pdf(pdf):
     return np.stack([x, height - y - h, w, h], -1) * 25.4 / 72
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("charuco*.toml")))
 @pytest.mark.parametrize("ending", ["svg", "pdf"])
 def test_shipped_files_are_true_to_scale(name, ending):

@@ -112,7 +112,6 @@ def test_rig_is_recovered_and_the_sd_are_honest(rigs):
     assert np.median(points_rms, 0)[:2].max() < 20e-6 and np.median(points_rms, 0)[2] < 50e-6
 
 
-@pytest.mark.further
 def test_simultaneous_views_are_noticed_and_help():
     setup, seen, extrinsic = rig_views(np.random.default_rng(3), together=True)
     tied = calibrate(setup.board, seen, SIZES, extrinsic)
@@ -122,7 +121,6 @@ def test_simultaneous_views_are_noticed_and_help():
     assert tied.covariance[k, k] < apart.covariance[k, k]
 
 
-@pytest.mark.further
 def test_tables_are_the_declared_ones():
     setup, seen, extrinsic = rig_views(np.random.default_rng(4), views=6)
     result = calibrate(setup.board, seen, SIZES, extrinsic)
@@ -177,7 +175,6 @@ def in_the_middle(k, turn, shift):
     return turn, shift * [0.0, 0.0, 2.5] - turn @ [0.09, 0.13, 0.0]
 
 
-@pytest.mark.further
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -209,7 +206,6 @@ def test_moved_view_and_empty_view_are_dropped_with_reasons():
     assert reasons["VW1", "06.png"] == "only 4 points"
 
 
-@pytest.mark.further
 def test_single_wild_corner_does_no_harm():
     setup, seen, extrinsic = rig_views(np.random.default_rng(6))
     clean = calibrate(setup.board, seen, SIZES, extrinsic)

@@ -95,7 +95,6 @@ def turned(place, angle):
     return np.stack([c * place[0] - s * place[1], s * place[0] + c * place[1]], -1)
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize("along", ["x", "y"])
 @pytest.mark.parametrize(
     "dropped",

@@ -40,7 +40,6 @@ def tracker_after(clear_frames):
     return tracker
 
 
-@pytest.mark.further
 def test_a_known_size_is_kept_while_covered():
     tracker = tracker_after(5)
     assert radius_px(tracker.markers.disc[0]) == pytest.approx(10) and tracker.markers.radius_m[0] == pytest.approx(

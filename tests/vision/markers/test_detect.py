@@ -86,7 +86,6 @@ def test_a_search_for_discs_as_seen_before_finds_those_only():
         assert np.hypot(everything[:, 0] - fit[0], everything[:, 1] - fit[1]).min() < 0.01
 
 
-@pytest.mark.further
 def test_discs_as_seen_before_are_found_in_16_bit():
     picture = scene([("disc", 80, 60, 9, 200), ("disc", 200, 90, 9, 190)], noise=2).astype(np.uint16) * 200 + 900
     everything = find_discs(picture)

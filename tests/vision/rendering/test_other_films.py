@@ -28,7 +28,6 @@ def followed(folder, kind, frames=4):
     return truth, found, triangulate(found.tracks, cameras, recording.window_offset_px)
 
 
-@pytest.mark.further
 @pytest.mark.parametrize(
     "kind",
     [
@@ -63,7 +62,6 @@ def test_another_renderers_film_is_followed_to_a_hundredth_of_a_pixel(tmp_path, 
     assert len(error) >= 0.47 * len(truth) and np.sqrt(np.mean(error**2)) < 4e-5  # with a calibration of eight views
 
 
-@pytest.mark.others_further
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -89,7 +87,6 @@ def test_mistakes_on_anothers_boards_are_named(tmp_path, change, said):
     assert said in str(refused.value)
 
 
-@pytest.mark.further
 @pytest.mark.parametrize("print_of", [{"legacy": True}, {"inverted": True}], ids=["legacy", "inverted"])
 def test_another_print_of_anothers_board_is_recognised(tmp_path, print_of):
     drawn(tmp_path, replace(BOARDS_ALONE, print_of=print_of), 0, 3)

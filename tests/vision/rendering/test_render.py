@@ -55,7 +55,6 @@ def unrounded(view, rig, look, scale=40):
 
 # Allowed: what was left at 32 x 32 rays, of a contrast of 180: 1.6, 2.3 (radius 4 px, where the next order of
 # blur over radius shows), 0.9, 0.7; a little more here with 24 x 24.
-@pytest.mark.further
 @pytest.mark.parametrize(
     ("radius_m", "blur_px", "grey"), [(0.0013, 0.6, 2.0), (0.0013, 0.85, 2.7), (0.003, 0.8, 1.3), (0.003, 0.4, 1.3)]
 )

@@ -139,7 +139,6 @@ def window_of(first, markers, suggested=()) -> PickWindow:
     return PickWindow(figure, frames, Naming(CAMERAS, markers, suggested), bodies)
 
 
-@pytest.mark.further
 def test_clicks_name_discs_and_the_tracker_follows_them(first, bare, tmp_path):
     """Every marker clicked some pixels beside its true place, the tracks held against the truth."""
     recording, _, _, _, _, truth = first
@@ -170,7 +169,6 @@ def test_clicks_name_discs_and_the_tracker_follows_them(first, bare, tmp_path):
     assert off.max() < 0.3  # px: no name swapped (markers are 15 px apart), none lost
 
 
-@pytest.mark.further
 def test_keys_and_buttons(first):
     window = window_of(first, ["N1", "N2", "H1"])
     hand, naming = Hand(window), window.naming
@@ -225,7 +223,6 @@ def test_a_click_far_from_any_disc_means_the_place_itself(first):
     assert window.naming.rows() == [("VW1", "N1", pytest.approx(230, abs=0.5), pytest.approx(200, abs=0.5))]
 
 
-@pytest.mark.further
 def test_the_command_without_a_window(bare, tmp_path, monkeypatch, capsys):
     folder = shutil.copytree(bare, tmp_path / "rec")
     picture = tmp_path / "names.png"

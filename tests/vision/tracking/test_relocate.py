@@ -45,7 +45,6 @@ def tracker() -> CameraTracker:
     return tracker
 
 
-@pytest.mark.further
 @pytest.mark.parametrize("seed", range(12))
 def test_a_body_thrown_off_its_path_is_found_to_less_than_a_marker_s_radius(tracker, seed):
     rng = np.random.default_rng(seed)
@@ -77,7 +76,6 @@ def test_nothing_is_found_where_nothing_is(tracker):
     assert np.array_equal(found, tracker.measured.predicted[0])
 
 
-@pytest.mark.further
 def test_several_frames_at_once_are_the_same_as_one_by_one(tmp_path, monkeypatch):
     """An impact, a marker hidden, a picture missing in one camera: however the frames are grouped, the tracks are equal
     to the last bit.

@@ -166,7 +166,6 @@ def test_names_given_by_hand_replace_the_layout(fast_spin, tmp_path):
     assert both.error_px.isna().sum() == 7 and both.error_px.max() < 0.1
 
 
-@pytest.mark.further
 @pytest.mark.usefixtures("no_rims")
 def test_a_body_without_layout_or_names_is_named_by_geometry_and_keeps_its_names(fast_spin, tmp_path):
     folder, cameras, truth, _ = fast_spin
@@ -198,7 +197,6 @@ def test_names_that_make_no_sense_are_refused(fast_spin):
         track(read_recording(folder), cameras, strange)
 
 
-@pytest.mark.further
 @pytest.mark.usefixtures("no_rims")
 def test_uneven_light_and_noise(tmp_path):
     cameras, truth = film(
@@ -216,7 +214,6 @@ def test_pictures_without_markers_are_an_error(tmp_path):
         track(read_recording(tmp_path), cameras)
 
 
-@pytest.mark.further
 @pytest.mark.usefixtures("no_rims")
 def test_a_marker_that_the_ring_covers_by_and_by_is_right_or_missing(tmp_path):
     """The ring swings over G2 until one camera sees a quarter of it, and back: no frame may take the rest for the
@@ -239,7 +236,6 @@ def no_first_ground(tmp_path_factory):
     return folder, *film(folder, 24, np.random.default_rng(6), spin=100.0, hide=[("G1", 0, 4, "VW1")])
 
 
-@pytest.mark.further
 @pytest.mark.usefixtures("no_rims")
 def test_ground_markers_wait_for_one_that_is_covered_at_first(no_first_ground):
     """Named clockwise from what is seen: with the first one covered, the second would be given its name."""
@@ -250,7 +246,6 @@ def test_ground_markers_wait_for_one_that_is_covered_at_first(no_first_ground):
     assert ground[ground.frame >= 8].error_px.notna().all() and ground[ground.frame < 4].error_px.isna().all()
 
 
-@pytest.mark.further
 @pytest.mark.usefixtures("no_rims")
 def test_ground_markers_that_never_show_together_are_named_with_a_warning(no_first_ground, tmp_path):
     folder, cameras, _ = no_first_ground

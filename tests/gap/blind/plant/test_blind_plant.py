@@ -139,7 +139,6 @@ def _practice_parameters(plant):
     return PlantParameters(**{ours: plant[theirs] for ours, theirs in names.items() if theirs in plant})
 
 
-@pytest.mark.others_further
 @pytest.mark.skipif(not TRUTH.exists(), reason="the practice truths are not beside the checkout")
 @pytest.mark.parametrize("case", [3, 4, 5, 8, 9, 13, 15])
 def test_flights_and_impacts_agree_with_the_practice_truths(case):

@@ -180,6 +180,7 @@ def test_a_swinging_ring_takes_what_the_disk_loses_and_meets_the_next_blow():
     assert again[PLACE.index("nod_vx")] == pytest.approx(-5.0 + 1.7 * 1.1)
 
 
+@pytest.mark.further
 def test_a_ring_goes_on_swinging_where_it_touches_without_a_blow():
     """No jump of the wall: what touches it as it goes away is put back onto it and no more."""
     nods = BARE._replace(nodding=0.02)
