@@ -82,7 +82,7 @@ def body_rows(
         return None
     at = np.flatnonzero(use)
     place = np.column_stack([x[at], y[at], np.full(len(at), float(np.mean(layout[:, 2])))])
-    per_line, per_height, jacobian = _derivatives(series.cameras, place, view)
+    per_line, per_point, jacobian = _derivatives(series.cameras, place, view)
     times, against = run.data.time_s[at], np.zeros((len(at), 3))
     if not host.harmonic:
         against = host.at(times, 1)[:, :3] * np.array([1, 1, 0])
@@ -94,7 +94,7 @@ def body_rows(
         np.einsum("nij,nj->ni", jacobian, velocity[at]),
         np.einsum("nij,nj->ni", jacobian, velocity[at] - against),
         per_line,
-        per_height,
+        per_point[:, :, 2],
         np.maximum(sd_px, 1e-3) * 1.25 / np.sqrt(count[at]),
         z_sd[at],
         host.omega_rad_per_s * times,
@@ -102,30 +102,43 @@ def body_rows(
     )
 
 
-def with_heights_on_time(series: Series, delay_s: float) -> Series:
-    """``series`` whose bodies stand as high as they would if the second camera were not late by ``delay_s``: what it
-    makes of heights goes with the velocity, and would pass for a vertical motion of the Host.  Points stay as they
-    are."""
+def with_places_on_time(series: Series, delay_s: float) -> Series:
+    """``series`` whose bodies stand where they would if the second camera were not late by ``delay_s``, but for half of
+    that, by which both bodies are late alike.  What it makes of heights goes with the velocity, and would pass for a
+    vertical motion of the Host; beyond that half it moves places with the velocity, the more the farther from the
+    middle between the cameras, and would pass for a wall of another shape.  Points stay as they are."""
     if series.cameras is None or series.layouts is None:
         return series
     motions = []
     for motion, run in zip(series.motions, series.runs, strict=True):
-        changed = {}
+        changed: dict[str, Array] = {}
         for body in ("host", "nes"):
-            x, y, z = (motion[f"{body}_{a}_m"].to_numpy(float) for a in "xyz")
-            at = np.flatnonzero(np.isfinite(x) & np.isfinite(z))
+            places = motion[[f"{body}_{a}_m" for a in "xyz"]].to_numpy(float)
+            at = np.flatnonzero(np.isfinite(places).all(1))
             velocity = np.zeros((len(at), 3))
             if body == "host":
                 velocity[:, :2] = run.data.host.at(run.data.time_s[at], 1)[:, :2]
             else:
-                velocity[:, :2] = np.nan_to_num(motion[["nes_vx_m_per_s", "nes_vy_m_per_s"]].to_numpy(float)[at])
-            place = np.column_stack([x[at], y[at], np.full(len(at), float(np.mean(series.layouts[body][:, 2])))])
-            _, per_height, jacobian = _derivatives(series.cameras, place, 1)
-            late_m = np.zeros(len(z))
-            late_m[at] = delay_s * np.einsum("ni,nij,nj->n", per_height, jacobian, velocity)
-            changed[f"{body}_z_m"] = z - late_m
+                velocity[:, :2] = _within_flights(run, at, places[at, :2])
+            place = np.column_stack([places[at, :2], np.full(len(at), float(np.mean(series.layouts[body][:, 2])))])
+            _, per_point, jacobian = _derivatives(series.cameras, place, 1)
+            late_m = np.einsum("nia,nij,nj->na", per_point, jacobian, velocity) - 0.5 * velocity
+            places[at] -= delay_s * late_m
+            changed |= {f"{body}_{a}_m": places[:, i] for i, a in enumerate("xyz")}
         motions.append(motion.assign(**changed))
     return with_motions(series, motions)
+
+
+def _within_flights(run: Run, at: NDArray[np.int64], xy_m: Array) -> Array:
+    """Velocities (N, 2) at frames ``at`` from places ``xy_m`` (N, 2), never across an impact; 0 where a flight has one
+    frame."""
+    out = np.zeros(xy_m.shape)
+    flight = np.searchsorted(np.sort(run.segments.gaps), at, side="left")
+    for one in np.unique(flight):
+        here = np.flatnonzero(flight == one)
+        if len(here) > 1:
+            out[here] = np.gradient(xy_m[here], run.data.time_s[at[here]], axis=0)
+    return out
 
 
 def _against_host(z: Array, z_sd: Array, motion: pd.DataFrame, run: Run, body: str) -> tuple[Array, Array]:
@@ -140,16 +153,16 @@ def _against_host(z: Array, z_sd: Array, motion: pd.DataFrame, run: Run, body: s
 
 
 def _derivatives(cameras: tuple[Camera, ...], place: Array, view: int) -> tuple[Array, Array, Array]:
-    """d(epipolar)/d(u, v of a view), d(z)/d(the same) (N, 2), and d(its pixel)/d(place) (N, 2, 3)."""
+    """d(epipolar)/d(u, v of a view) (N, 2), d(point)/d(the same) (N, 2, 3), and d(its pixel)/d(place) (N, 2, 3)."""
     uv = [camera.project(place) for camera in cameras]
     one = np.ones(len(place))
     base = triangulate_points(cameras, uv, [one, one])
     step = 0.5
-    epipolar, height = np.empty((len(place), 2)), np.empty((len(place), 2))
+    epipolar, point = np.empty((len(place), 2)), np.empty((len(place), 2, 3))
     for axis in range(2):
         moved = [each.copy() for each in uv]
         moved[view][:, axis] += step
         shifted = triangulate_points(cameras, moved, [one, one])
         epipolar[:, axis] = (shifted.epipolar_px - base.epipolar_px) / step
-        height[:, axis] = (shifted.points_m[:, 2] - base.points_m[:, 2]) / step
-    return epipolar, height, cameras[view].project_with_jacobian(place)[1]
+        point[:, axis] = (shifted.points_m - base.points_m) / step
+    return epipolar, point, cameras[view].project_with_jacobian(place)[1]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from analysis.flights.stated_terms import stated_sizes
 from analysis.gap.finding import Finding
-from analysis.gap.measurement.body_rows import with_heights_on_time
+from analysis.gap.measurement.body_rows import with_places_on_time
 from analysis.gap.measurement.speed_noise import speed_noise
 from analysis.gap.measurement.tests import MeasurementTests, measurement_tests
 from analysis.gap.series import (
@@ -26,7 +26,7 @@ from analysis.gap.thresholds import SIGNIFICANCE
 from ovines.recording_schema import Nominal
 
 #: how each finding is taken out of the data; a late camera leaves the plane motion a constant half delay for both
-#: bodies alike, and its heights are put right when all else is (`_on_time`)
+#: bodies alike; what it does beyond that is put right when all else is (`_on_time`)
 CORRECTIONS: dict[str, Callable[[Series, Finding], Series]] = {
     "frame_rate_error": lambda s, f: retimed(s, 1 / f.parameters["ratio"][0]),
     "length_scale_error": lambda s, f: scaled(s, 1 / f.parameters["scale"][0]),
@@ -101,13 +101,14 @@ def correct(series: Series, withheld: frozenset[str] = frozenset(), most: int = 
 
 
 def _on_time(series: Series, as_timed: Series, delay_s: float) -> tuple[Series, Series]:
-    """Both without what a late camera makes of heights."""
-    on_time = with_heights_on_time(as_timed, delay_s)
+    """Both without what a late camera makes of places and heights."""
+    on_time = with_places_on_time(as_timed, delay_s)
     if series is as_timed:
         return on_time, on_time
-    heights = [motion[["host_z_m", "nes_z_m"]] for motion in on_time.motions]
-    both = zip(series.motions, heights, strict=True)
-    return with_motions(series, [motion.assign(**height) for motion, height in both]), on_time
+    moved = [f"{body}_{a}_m" for body in ("host", "nes") for a in "xyz"]
+    each = zip(series.motions, as_timed.motions, on_time.motions, strict=True)
+    motions = [motion.assign(**(motion[moved] + (after[moved] - before[moved]))) for motion, before, after in each]
+    return with_motions(series, motions), on_time
 
 
 def without_stated(series: Series) -> Series:
