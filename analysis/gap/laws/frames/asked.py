@@ -45,6 +45,7 @@ WORSE = 1.01
 HARDLY_WORSE = 1.0005
 #: the effect that cuts corners, too
 LASTS = "finite_contact_time"
+LATE = "camera_clock_offset"
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,8 +202,14 @@ def _way_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _
 
 def _blow_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _Now:
     """With the law of what every place holds of the frames beside it.  Less must be named and left then, or as much,
-    and flights fit better.  A contact that lasts cuts corners, too: where it explains everything, it is reported."""
-    ladder, law = now.ladder, find_blow_law(now.series, rng)
+    and flights fit better.  A contact that lasts cuts corners, too: where it explains everything, it is reported.  And
+    so does a late camera, whose picture is taken on the other side of a blow: then places must cut them without these
+    frames, too."""
+    ladder = now.ladder
+    late = any(cause.effect == LATE for cause in ladder.causes)
+    if late and find_blow_law(ladder.series, rng.spawn(1)[0]) is None:
+        return now
+    law = find_blow_law(now.series, rng)
     if law is None or law.size <= _still_m(ladder) or law.halves is None or not law.halves.both_show_it:
         return now
     again = run_ladder(without_frame_laws(now.series, [law.law]), rng, withheld)
