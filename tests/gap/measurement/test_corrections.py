@@ -10,7 +10,6 @@ from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
 from analysis.gap.cause import EXCHANGED
 from analysis.gap.ladder import run_ladder
-from analysis.gap.laws.frames.bodies.at_blows import find_blow_law
 from analysis.gap.measurement.corrections import correct
 from analysis.gap.measurement.tests import measurement_tests
 from analysis.gap.selection.flight_steps import first_flights
@@ -146,6 +145,7 @@ def test_a_late_camera_leaves_the_wall_as_it_is(loaded):
     late, on_time = (fit_impacts(first_flights(one, EFFECTS).fits).wall for one in (series, corrected.series))
     assert late.scatter_m > 1e-5 and on_time.scatter_m < 2.5e-6
     assert on_time.wall.size_m == pytest.approx(0.04, abs=2e-6)
-    # Pictures from both sides of a blow pass for tracks that were smoothed.
-    smoothed = [find_blow_law(one, np.random.default_rng(0)) for one in (series, corrected.series)]
-    assert smoothed[0] is not None and smoothed[1] is None
+    # Frames next to a blow, of which one may have a picture from its other side, are left out: two at each.
+    for before, after in zip(series.motions, corrected.series.motions, strict=True):
+        lost = np.isnan(after["nes_x_m"].to_numpy()) & np.isfinite(before["nes_x_m"].to_numpy())
+        assert 10 < np.count_nonzero(lost) < 0.1 * len(after)
