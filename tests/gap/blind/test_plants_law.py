@@ -129,6 +129,7 @@ def test_a_law_written_as_the_plant_has_it_closes_what_the_oracle_closes(tmp_pat
     assert (figure.value, figure.n) == (0.5, 2)
 
 
+@pytest.mark.further
 def test_a_law_of_the_walls_friction_is_held_against_the_impacts_that_stick_beside_it(tmp_path):
     """Where friction is less, impacts slide that would stick by the nominal law: by the nominal law's sides the true
     formula closed 0.58."""

@@ -79,6 +79,7 @@ def test_it_is_the_first_camera_where_the_host_says_so(tmp_path):
     assert (law.law.terms[0].x, as_text(law.law)[-25:]) == (1.0, as_text(other.law)[-25:])
 
 
+@pytest.mark.further
 def test_a_trigger_that_the_shaker_pulls_follows_the_host(loaded):
     """Along the drive, for across it nothing moves that could tell a direction; by hand the cameras' own clocks are
     asked."""

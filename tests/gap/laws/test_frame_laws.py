@@ -119,6 +119,7 @@ def test_a_frame_that_all_cameras_skip_is_a_step_of_the_clock(tmp_path, drive):
     assert np.allclose(shown.after, 0, rtol=0, atol=0.1 * series.period_s)
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize("drive", ["sine", "chirp"])
 def test_a_trigger_whose_every_other_frame_is_late_alternates(tmp_path, drive):
     """Seen at the highest frequency that frames can tell; a drive that sweeps has no lines beside which it is seen,

@@ -20,6 +20,7 @@ from tests.gap.conftest import brought, laws_and_ladder
 G_M_PER_S2 = 9.80665
 
 
+@pytest.mark.further
 def test_markers_on_soft_pads_are_a_host_that_is_seen_beside_its_place(tmp_path):
     """One law in the place of two, of flights and wall, which closes all: nothing else is left or named."""
     made = make_series("unknown_padded_markers", 0.6, np.random.default_rng(6), runs=3, noise="white")

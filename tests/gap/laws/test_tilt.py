@@ -32,6 +32,7 @@ def of(marker, table):
     return table[table["marker"] == marker].set_index("frame")
 
 
+@pytest.mark.further
 def test_a_plate_that_pitches_has_its_law(pitching):
     """It had been answered as "none": places and flights hardly know of heights."""
     true, series = pitching

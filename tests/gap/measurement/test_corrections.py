@@ -135,6 +135,7 @@ def test_markers_with_each_others_name_are_reported_and_nothing_else_is_asked_be
     assert "tracks.parquet" in unknown_test(left.stage, left.goes_with)
 
 
+@pytest.mark.further
 def test_a_late_camera_leaves_the_wall_as_it_is(loaded):
     """Where its rays meet the other's moves with the velocity, by another share at each place: contact distances were
     off by up to 30 micrometres, in step with the spin, and a wall of another shape was written for them."""

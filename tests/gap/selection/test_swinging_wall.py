@@ -38,6 +38,7 @@ def brought(folder):
     return load_series(read_series(folder), folder.parent / "results")[0]
 
 
+@pytest.mark.others_further
 @pytest.mark.parametrize(("kind", "seed"), [("host_ringing", 1), ("host_recoil", 4)])
 def test_the_wall_swings_with_a_host_that_recoils_and_not_with_markers_that_ring(tmp_path, kind, seed):
     made(tmp_path / "series", kind, 0.6, seed, [Wish()])

@@ -32,6 +32,7 @@ def left_with_one(folder: Path, keep: str = "VW1", frames: int = 480) -> Path:
     return folder
 
 
+@pytest.mark.further
 def test_a_recording_of_one_camera_is_identified(tmp_path, capsys):
     """Parameters within four of their sds of the truth, and notes that say what one view cannot tell."""
     series, out = left_with_one(tmp_path / "series"), tmp_path / "out"

@@ -32,6 +32,7 @@ def test_a_plan_says_what_will_be_known(day, tmp_path, capsys):
     assert (day / "plan/plan.parquet").read_bytes() == first
 
 
+@pytest.mark.further
 def test_a_plan_ranks_settings(day, capsys):
     assert main(["plan", str(day), *SMALL, "--yes"]) == 0
     said = capsys.readouterr().out
