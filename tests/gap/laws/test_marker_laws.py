@@ -75,6 +75,7 @@ class Asked:
     measured: object
     structure: tuple
     drive: DriveSteps = field(default_factory=DriveSteps)
+    causes: tuple = ()
 
 
 @pytest.mark.further
