@@ -117,7 +117,8 @@ def simulate_ensemble(
     on the ``workers``.  ``tolerance`` is the integrator's: an ensemble speaks of statistics, which 1e-9 leaves alone
     (mean impacts of 1,000 runs of Table 15 case 2: 14.556 against 14.555 at 1e-11) at two thirds of the time.  Starts
     that fall outside a wall are drawn again.  ``with_energies`` also follows the energies: hardly more time with floor
-    friction, seven times as long for closed flights over springs.
+    friction, seven times as long for closed flights over springs.  :class:`ScenarioError` where the steps of one of the
+    runs come to nothing.
 
     Examples
     --------

@@ -62,6 +62,7 @@ def simulate(
 
     ``rng`` is needed by effects that scatter (``trigger_jitter``, ``motion_blur``) only.  ``with_energies`` also
     follows every energy over time: of the run itself, not of what effects of the measurement make of it.
+    :class:`ScenarioError` of a run whose steps come to nothing.
     """
     packed = pack(scenario)
     times = sample_times(scenario)

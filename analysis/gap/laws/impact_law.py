@@ -298,7 +298,7 @@ def needless_beside(law: LawFound, steps: ImpactSteps, fits: Sequence[FlightFits
         return ()
     least, beside = threshold(steps.null_distribution, IMPACT_GAIN), None if values is None else values[:, None]
     kept = [kept_gain(data, steps.restitution_terms, name, beside) for name in own]
-    return tuple(gain.name for gain in kept if not law_accepted(gain, least, data, True))
+    return tuple(gain.name for gain in kept if not law_accepted(gain, least, data, must_say_more=True))
 
 
 def impact_law_sizes(

@@ -75,7 +75,8 @@ def select_laws(
             names = [
                 n
                 for n in names
-                if n in (*held, *surely) or law_accepted(_kept(base, names, n, structure), least, base.data, True)
+                if n in (*held, *surely)
+                or law_accepted(_kept(base, names, n, structure), least, base.data, must_say_more=True)
             ]
         else:
             names.append(best.name)
@@ -136,10 +137,11 @@ def _kept(base: HasLaw, names: Sequence[str], name: str, structure: Sequence[Imp
     return kept_gain(base.data, names, name, _columns(structure))
 
 
-def law_accepted(gain: ImpactGain, least: float, data: LawData, lasts: bool) -> bool:
-    """``least``: gain that chance does not reach; ``lasts``: whether contacts do."""
+def law_accepted(gain: ImpactGain, least: float, data: LawData, must_say_more: bool) -> bool:
+    """``least``: gain that chance does not reach; ``must_say_more``: where contacts last, and of a name beside a
+    structure or a law, either of which leaves a part of its cause."""
     surely = gain.gain > least and gain.significance > SIGNIFICANCE - 1
-    return surely and gain.size > negligible_size(gain.residual, data, lasts)
+    return surely and gain.size > negligible_size(gain.residual, data, must_say_more)
 
 
 def _restitution_cause(

@@ -107,20 +107,25 @@ def test_what_changes_ordinary_physics_cannot_be_taken_out():
         without_cause(draft, "speed_dependent_restitution", 2)
 
 
+def held_against_the_plants(law, outline, folder):
+    """What a written law of a series, made in ``folder`` as a trial's first case, closes of what the plant's does."""
+    seed, answers = [7, 1, 1], folder / "answers" / "case-001"
+    write_series(run_outline(outline, np.random.default_rng(seed)), folder / "cases" / "case-001")
+    answers.mkdir(parents=True)
+    (answers / "law-1.toml").write_text(law_text(law, "a law"))
+    (share,) = shares_of_case(folder, outline, seed)
+    return share
+
+
 @pytest.mark.long
 def test_a_law_written_as_the_plant_has_it_closes_what_the_oracle_closes(tmp_path):
     """Where lenses leave something in the frames, too; without a law nothing is closed."""
     place = replace(ELSEWHERE, start_s=(3.0, 8.0, 9.5), first_frame=(50, 4000, 7))
     outline = outline_series("unknown_central", 0.8, np.random.default_rng(3), 3, "warp", "case-001", place=place)
-    seed = [7, 1, 1]
-    write_series(run_outline(outline, np.random.default_rng(seed)), tmp_path / "cases" / "case-001")
     rates = outline.draft.parameters["unknown_central"].values()
     (rate_per_s2,) = (place.in_units("_per_s2", one) for one in rates)
-    answers = tmp_path / "answers" / "case-001"
-    answers.mkdir(parents=True)
     law = WrittenLaw((Term("outwards", -rate_per_s2, (Factor("radius"),)),))
-    (answers / "law-1.toml").write_text(law_text(law, "a law"))
-    (share,) = shares_of_case(tmp_path, outline, seed)
+    share = held_against_the_plants(law, outline, tmp_path)
     assert share.law == pytest.approx(1.0, abs=0.02)
     assert share.size == pytest.approx(1.0, abs=0.05)
     assert share.before > 2 * share.oracle
@@ -134,14 +139,9 @@ def test_a_law_of_the_walls_friction_is_held_against_the_impacts_that_stick_besi
     """Where friction is less, impacts slide that would stick by the nominal law: by the nominal law's sides the true
     formula closed 0.58."""
     outline = outline_series("unknown_smeared_wall", 0.4, np.random.default_rng(4), 4, "white", "case-001")
-    seed = [7, 1, 1]
-    write_series(run_outline(outline, np.random.default_rng(seed)), tmp_path / "cases" / "case-001")
     lost = outline.draft.plant["wall_friction"] * outline.draft.parameters["unknown_smeared_wall"]["smeared_s_per_m"]
-    answers = tmp_path / "answers" / "case-001"
-    answers.mkdir(parents=True)
     law = WrittenLaw((Term("wall_friction", -lost, (Factor("approach"),)),))
-    (answers / "law-1.toml").write_text(law_text(law, "a law"))
-    (share,) = shares_of_case(tmp_path, outline, seed)
+    share = held_against_the_plants(law, outline, tmp_path)
     assert share.law == pytest.approx(1.0, abs=0.01)
     assert share.size == pytest.approx(1.0, abs=0.05)
     assert share.before > 1.5 * share.oracle

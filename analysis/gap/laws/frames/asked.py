@@ -98,7 +98,7 @@ def measurement_laws(
     if not now.laws:
         return (), ladder
     others = [one for one in now.ladder.structure if one.stage != "measurement"]
-    structure = sorted([*now.reported, *now.untold, *bent, *others], key=lambda one: -one.strength)
+    structure = sorted([*now.reported, *now.untold, *bent, *others], key=lambda one: -one.weight)
     return now.laws, replace(now.ladder, measured=ladder.measured, structure=tuple(structure))
 
 
