@@ -254,7 +254,7 @@ class Asked:
 
 def asked(misfit, stage="measurement", measured="as it came"):
     fits = [SimpleNamespace(misfit=np.full(3, 9 * misfit), freedom=np.array([9, 9, 0]))]
-    left = SimpleNamespace(stage=stage, strength=1.0, is_taken_out=False)
+    left = SimpleNamespace(stage=stage, strength=1.0, weight=1.0, is_taken_out=False)
     return Asked(
         SimpleNamespace(nominal=SimpleNamespace(fits=fits)), (left,), measured, SimpleNamespace(clock_change=None)
     )
