@@ -317,7 +317,7 @@ def test_a_tracker_stays_behind_where_flights_fit_better_without_it(
     searches({"caught up": misfit})
     monkeypatch.setattr(of_measurement, "find_way_law", lambda series, rng: law)
     monkeypatch.setattr(of_measurement, "without_frame_laws", lambda series, laws: "caught up")
-    behind = SimpleNamespace(stage="measurement", strength=9)
+    behind = SimpleNamespace(stage="measurement", strength=9, weight=9)
     monkeypatch.setattr(of_measurement, "_way_structure", lambda law, ladder: behind)
     found, after = of_measurement.measurement_laws(before, np.random.default_rng(0), frozenset())
     assert found == ((law,) if taken_out else ())
@@ -373,7 +373,7 @@ def test_places_hold_something_of_others_where_less_is_left_without_it(
 def test_the_card_is_asked_of_the_series_without_what_other_laws_say(searches, monkeypatch):
     """And what was reported of the measurement stays reported beside it."""
     law, card, before, asked_of = a_law(), a_law(), asked(1.17), []
-    moves = SimpleNamespace(stage="measurement", strength=9)
+    moves = SimpleNamespace(stage="measurement", strength=9, weight=9)
     searches({"corrected": 1.1}, ((law,), "corrected"))
 
     def of_card(now, rng, withheld):
@@ -391,7 +391,7 @@ def test_a_clock_that_drifts_from_run_to_run_is_reported_beside_what_else_is(sea
     """It is taken out before anything else is asked."""
     drift, drifts, before = (
         a_law(),
-        SimpleNamespace(stage="measurement", strength=5.0, is_taken_out=False),
+        SimpleNamespace(stage="measurement", strength=5.0, weight=5.0, is_taken_out=False),
         asked(1.17, "flight"),
     )
     searches({"in other times": 1.17})
