@@ -97,7 +97,9 @@ def _named_contact_part(found: Sequence[LawFound | None], known: frozenset[str])
 
 
 def _with_structure(ladder: Ladder, more: Sequence[Structure]) -> Ladder:
-    """The ladder with what is left beside what its probes found."""
+    """The ladder with what is left beside what its probes found; the same one where nothing is."""
+    if not more:
+        return ladder
     return replace(ladder, structure=tuple(sorted((*ladder.structure, *more), key=lambda one: -one.weight)))
 
 
@@ -115,7 +117,13 @@ def _flight_law(
     runs, frame = ladder.series.runs, ladder.series.frame
     search = FlightSearch.of(runs, ladder.flights.named, rng)
     law, steps = find_flight_law(runs, ladder.flights, frame, rng, least, search=search)
-    if law is None or law.closed <= LAW_LEAST_CLOSED:
+    asked = "flight" in left
+
+    def stands(one: LawFound) -> bool:
+        """Whether a law is one: a probe asks for it, or it is believed by itself."""
+        return one.closed > LAW_LEAST_CLOSED and (asked or believed(one, one.size, least) is not None)
+
+    if law is None or not stands(law):
         beyond = None if search is None else flight_law_beyond(search, ladder.flights, frame, rng, least)
         if beyond is None:
             return None, ladder  # nor does it change the names beside it, or their sizes
@@ -123,11 +131,9 @@ def _flight_law(
     else:
         instead = None if search is None else flight_law_instead(search, steps, law, frame, rng)
         # What is not believed where no probe asks stands in no name's place.
-        if instead is not None and ("flight" in left or believed(instead[0], instead[0].size, least) is not None):
+        if instead is not None and stands(instead[0]):
             law, steps = instead
-    if "flight" not in left:
-        if believed(law, law.size, least) is None:
-            return None, ladder
+    if not asked:
         structure = (*ladder.structure, structure_of_law(law, "flight", "x", law.size, least))
         ladder = replace(ladder, structure=tuple(sorted(structure, key=lambda one: -one.weight)))
     ladder = _sized_beside(ladder, law, steps)

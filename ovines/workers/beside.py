@@ -74,8 +74,8 @@ def _copy(work: Callable[[], Made], parent: int, read: int, write: int) -> None:
         os._exit(status)
 
 
-def made_by_two(works: Sequence[Callable[[], str]]) -> list[str]:
-    """The texts that ``works`` make, in their order, some made by this process and some by a copy of it: whichever has
+def made_by_two(works: Sequence[Callable[[], Made]]) -> list[Made]:
+    """What ``works`` make, which must bear pickling, in their order, some made by this process and some by a copy of it: whichever has
     done with one takes the next.
 
     What fails in the copy is made here, so that its failure is this process's own; without a copy (`made_beside`) all
@@ -91,8 +91,8 @@ def made_by_two(works: Sequence[Callable[[], str]]) -> list[str]:
         while taken := os.read(waiting, NUMBER.size):
             yield NUMBER.unpack(taken)[0]
 
-    def by_the_copy() -> dict[int, str]:
-        made: dict[int, str] = {}
+    def by_the_copy() -> dict[int, Made]:
+        made: dict[int, Made] = {}
         for number in next_ones():
             with suppress(Exception):
                 made[number] = works[number]()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ from analysis.gap.selection.flights_beside_law import without_needless
 from analysis.motion.rig_frame import RigFrame
 from ovines.core.laws.kernel import pushes
 from ovines.core.laws.terms import MOST_TERMS, rows_of
+from ovines.workers.beside import made_by_two
 
 Array = NDArray[np.float64]
 # Angles that miss by more than so many medians are wrong tracks.
@@ -141,20 +143,36 @@ def _best_law(
     near = [k for k, one in enumerate(found.rivals) if len(found.parts) == 1 and one.gain > NEAR]
     # What the flights do not take whole they may take without its last part.
     shorter = (found.first(n) for n in range(len(found.parts) - 1, 0, -1))
-    tried: list[tuple[float, Found, FittedLaw]] = []
-    for one in (found, *(_as_law(found, k) for k in near), *shorter):
-        law = None if tried and len(one.parts) < len(found.parts) else fitted_law(runs, base, one)
-        if law is not None:
-            error_m2 = float(_mean_square(runs, _paths(law.runs, law.fit), lever_m).sum())
-            unknowns = sum(part.unknowns for part in one.parts)
-            tried.append((error_m2 + LEAST_SHARE * unknowns * max(gap_m2, 0.0), one, law))
-    return min(tried, key=lambda each: each[0])[1:] if tried else None
+
+    def weighed(one: Found) -> tuple[float, FittedLaw] | None:
+        law = fitted_law(runs, base, one)
+        if law is None:
+            return None
+        error_m2 = float(_mean_square(runs, _paths(law.runs, law.fit), lever_m).sum())
+        unknowns = sum(part.unknowns for part in one.parts)
+        # How forms are made is not for a pipe to take.
+        bare = replace(law, sized=replace(law.sized, parts=()))
+        return error_m2 + LEAST_SHARE * unknowns * max(gap_m2, 0.0), bare
+
+    whole = [found, *(_as_law(found, k) for k in near)]
+    made = made_by_two([partial(weighed, one) for one in whole])
+    tried = [(one, law) for one, law in zip(whole, made, strict=True) if law is not None]
+    if not tried:
+        fewer = ((one, weighed(one)) for one in shorter)
+        tried = [(one, law) for one, law in fewer if law is not None][:1]
+    if not tried:
+        return None
+    one, (_, law) = min(tried, key=lambda each: each[1][0])
+    numbers = iter(law.sized.values[len(one.coefficients) :])
+    parts = tuple(part.at([next(numbers) for _ in part.numbers]) for part in one.parts)
+    return one, replace(law, sized=replace(law.sized, parts=parts))
 
 
 def _promised(problem: Regression, found: Found, left: float) -> float:
     """What a law's linear form explains of held-out runs, as a share of what flights leave over their floor, ``left``
-    (a share of their squares)."""
-    return found.gain * problem.excess / max(left * float(np.sum(problem.residual**2)), 1e-300)
+    (a share of their squares); 0 where they leave nothing over it."""
+    over = left * float(np.sum(problem.residual**2))
+    return found.gain * problem.excess / over if over > 0 else 0.0
 
 
 def _as_law(found: Found, number: int) -> Found:

@@ -119,6 +119,8 @@ def _of_flight(gain: Gain, left: Gain, steps: Ladder) -> dict[str, Entry]:
         if known
         else None
     )
+    if left.pushes and measured is not None:  # a drag below nothing is none
+        measured = (0.0, measured[1])
     if name == "table_tilt":
         return {
             name: _entry(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,10 +108,15 @@ def gains(base: FlightFit, terms: Sequence[FlightTerm], units: Units) -> list[Ga
     return sorted((gain_of(base, t, units) for t in terms), key=lambda g: -g.gain)
 
 
+def driving(named: Sequence[Gain]) -> list[Gain]:
+    """Drags that push, as what they are then: probes, without a name."""
+    return [replace(gain, term=gain.term.driving, pushes=False) for gain in named if gain.pushes]
+
+
 def accepted(gain: Gain, least: float, units: Units) -> bool:
     """Whether flights ask for a term by its ``gain``; ``least``: held-out gain that chance does not reach.
 
-    A drag that pushes is none.  What has no name is reported as left only where it is surely more than negligible, by
+    A drag that pushes is none (see :func:`driving`).  What has no name is reported as left only where it is surely more than negligible, by
     its own sd: what a named motion of the Host leaves by an imperfect law has no other name, and is about as large."""
     size = gain.acceleration_m_per_s2
     if not gain.term.named:

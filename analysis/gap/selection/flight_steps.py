@@ -14,7 +14,7 @@ from analysis.flights.equation.model import GRAVITY_M_PER_S2
 from analysis.flights.equation.parameters import INDEX, LAW_TERMS
 from analysis.flights.stated_terms import stated_terms
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.selection.flight_candidates import Gain, Units, accepted, gain_of, gains, rig_units
+from analysis.gap.selection.flight_candidates import Gain, Units, accepted, driving, gain_of, gains, rig_units
 from analysis.gap.selection.flight_causes import friction_cause, structure_of, term_cause
 from analysis.gap.selection.flights.fit import FlightFit, fit
 from analysis.gap.selection.flights.model import nominal_model, with_free, without_columns
@@ -141,7 +141,7 @@ def _grown(
 ) -> _Grown:
     """``base`` and the terms that held-out runs ask for, one after the other."""
     first = every = gains(base, named_terms, units)
-    probes = gains(base, probe_terms, units)
+    probes = [*gains(base, probe_terms, units), *driving(every)]
     chosen: list[FlightTerm] = []
     rivals: dict[str, tuple[str, ...]] = {}
     seen = {frozenset[str]()}
@@ -162,7 +162,8 @@ def _grown(
         if best is not None and best.term.named:
             rivals[best.term.name] = _rivals(best, every)
         base, chosen = fitted, trial
-        every, probes = gains(base, named_terms, units), gains(base, probe_terms, units)
+        every = gains(base, named_terms, units)
+        probes = [*gains(base, probe_terms, units), *driving(every)]
     return _Grown(base, chosen, rivals, first, every, probes)
 
 

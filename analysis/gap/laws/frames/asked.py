@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.gap.cause import BESIDE, CLOCKS, OWN_WAY, SEEN_HOST, TILTING_HOST, Structure
-from analysis.gap.ladder import Ladder, run_ladder
+from analysis.gap.ladder import Ladder, run_ladder, stated_effects
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.flight_law import force_gain
 from analysis.gap.laws.found_law import LawFound
@@ -32,6 +32,7 @@ from analysis.gap.laws.frames.drifting_clock import drifting_clock_law
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.measurement.body_residuals import loose_m
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
+from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT
 
@@ -201,8 +202,8 @@ def _way_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _
 
 
 def _blow_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _Now:
-    """With the law of what every place holds of the frames beside it.  Less must be named and left then, or as much,
-    and flights fit better.  A contact that lasts cuts corners, too: where it explains everything, it is reported.  And
+    """With the law of what every place holds of the frames beside it.  Flights must not fit worse then, and less must
+    be named and left, or as much, and flights fit better.  A contact that lasts cuts corners, too: where it explains everything, it is reported.  And
     so does a late camera, whose picture is taken on the other side of a blow: then places must cut them without these
     frames, too."""
     ladder = now.ladder
@@ -212,7 +213,10 @@ def _blow_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> 
     law = find_blow_law(now.series, rng)
     if law is None or law.size <= _still_m(ladder) or law.halves is None or not law.halves.both_show_it:
         return now
-    again = run_ladder(without_frame_laws(now.series, [law.law]), rng, withheld)
+    corrected = without_frame_laws(now.series, [law.law])
+    if _first_misfit(corrected) > _first_misfit(now.series):
+        return now
+    again = run_ladder(corrected, rng, withheld)
     lasts = any(cause.effect == LASTS for cause in ladder.causes)
     if lasts and not any(cause.effect == LASTS for cause in again.causes) and not ladder.structure:
         return now
@@ -292,6 +296,11 @@ def _misfit(ladder: Ladder) -> float:
     """What the nominal model's flights leave per freedom in the frames' stated sds, in the middle flight: effects named
     may have imitated a clock, and so may the noise that flights show."""
     return middle_misfit(ladder.flights.nominal.fits)
+
+
+def _first_misfit(series: Series) -> float:
+    """The same of a series, with nothing of its measurement put right."""
+    return middle_misfit(first_flights(series, stated_effects(series)).fits)
 
 
 def _found(ladder: Ladder) -> int:

@@ -19,6 +19,13 @@ class FlightTerm:
     drags: bool = False
     named_at: float = 0.0
 
+    @property
+    def driving(self) -> FlightTerm:
+        """The probe that a drag is where its coefficient says that it pushes: no drag does, but something may."""
+        own = EFFECTS[self.name].in_flights
+        assert own is not None, f"{self.name} is none of the flights"
+        return FlightTerm(f"{own.withheld}, forwards", self.columns)
+
 
 def _named(effect: Effect, own: InFlights) -> FlightTerm:
     return FlightTerm(effect.name, own.names, True, own.drags, own.named_at)
