@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,6 +43,7 @@ from analysis.gap.thresholds import (
     LAW_LEAST_CLOSED,
 )
 from ovines.core.laws.formula import as_text
+from ovines.workers.beside import made_beside
 
 #: coordinate of an impact that a law's target is one of
 COORDINATES = {target: coordinate for coordinate, targets in ACTS_ON.items() for target in targets}
@@ -56,15 +58,16 @@ def write_laws(
 
     A law comes on top of what the named effects explain, and is asked of the same runs; one of the measurement is taken
     out first, and everything asked again."""
-    measured, ladder = measurement_laws(ladder, rng, withheld)
-    host, ladder = seen_host_law(ladder, rng, withheld)
-    measured = (*measured, *host)
-    seen, ladder = seen_disk_law(ladder, rng, withheld)
-    if seen:  # nothing else is left
-        return (*measured, *seen), ladder
-    left = {one.stage for one in ladder.structure if not one.is_taken_out}
+    of_measurement, rng = rng.spawn(1)[0], rng.spawn(1)[0]
+    begun, measured = _begun_beside(ladder, of_measurement, rng, withheld)
+    if measured is None:
+        measured, again, seen = _measured_laws(ladder, of_measurement, withheld)
+        if seen:  # nothing else is left
+            return measured, again
+        begun, ladder = begun if again is ladder else None, again
+    left = _left_stages(ladder)
     laws: list[LawFound | None] = []
-    law, ladder = _flight_law(ladder, left, rng, withheld)
+    law, ladder = _flight_law(ladder, left, rng, withheld, begun)
     laws.append(law)
     flights = ladder.flights.fitted
     if law is not None and law.fitted is not None and law.closed > UNPROMPTED_CLOSED:
@@ -90,6 +93,63 @@ def write_laws(
     return (*measured, *(one for one in laws if one is not None and one.closed > LAW_LEAST_CLOSED)), ladder
 
 
+def _left_stages(ladder: Ladder) -> set[str]:
+    """Stages in which something is left that the measurement's corrections do not take out."""
+    return {one.stage for one in ladder.structure if not one.is_taken_out}
+
+
+def _measured_laws(
+    ladder: Ladder, rng: np.random.Generator, withheld: frozenset[str]
+) -> tuple[tuple[LawFound, ...], Ladder, bool]:
+    """Laws of the measurement, of where the Host is seen and of where the disk is; the ladder of the series without
+    them; and whether there is one of the disk."""
+    measured, ladder = measurement_laws(ladder, rng, withheld)
+    host, ladder = seen_host_law(ladder, rng, withheld)
+    disk, ladder = seen_disk_law(ladder, rng, withheld)
+    return (*measured, *host, *disk), ladder, bool(disk)
+
+
+class _FlightsAsked(NamedTuple):
+    """The dictionary of the flights (None: too few speak), the law that they ask for beside what they name, and the
+    steps beside it."""
+
+    search: FlightSearch | None
+    law: LawFound | None
+    steps: FlightSteps
+
+
+def _begun_beside(
+    ladder: Ladder, of_measurement: np.random.Generator, rng: np.random.Generator, withheld: frozenset[str]
+) -> tuple[_FlightsAsked | None, tuple[LawFound, ...] | None]:
+    """The flights asked for a law by this process, while a second one asks the measurement for its own: no laws of it
+    where there are none, None where there are or nobody asked.
+
+    Only where nothing is left of the measurement or the Host's path: there a law of it is seldom found, and little work
+    is wasted."""
+    if {one.stage for one in ladder.structure} & {"measurement", "drive"}:
+        return None, None
+
+    def nothing() -> bool:
+        return _measured_laws(ladder, of_measurement, withheld)[1] is ladder
+
+    with made_beside(nothing) as nothing_there:
+        begun = _flights_asked(ladder, _left_stages(ladder), rng)
+        return begun, () if nothing_there() else None
+
+
+def _flights_asked(ladder: Ladder, left: set[str], rng: np.random.Generator) -> _FlightsAsked:
+    """What the flights ask for."""
+    runs, frame = ladder.series.runs, ladder.series.frame
+    search = FlightSearch.of(runs, ladder.flights.named, rng)
+    law, steps = find_flight_law(runs, ladder.flights, frame, rng, _least_push(ladder, left), search=search)
+    return _FlightsAsked(search, law, steps)
+
+
+def _least_push(ladder: Ladder, left: set[str]) -> float:
+    """What a law of the flights must push by (m/s^2): nothing where a probe asks for one."""
+    return 0.0 if "flight" in left else ladder.flights.units.negligible_m_per_s2
+
+
 def _named_contact_part(found: Sequence[LawFound | None], known: frozenset[str]) -> tuple[LawFound, NamedPart] | None:
     """A law of impacts or wall that is an effect of the library, or holds one that is not ``known``, and that."""
     parts = ((law, named_part(law, known)) for law in found if law is not None and law.closed > LAW_LEAST_CLOSED)
@@ -104,20 +164,22 @@ def _with_structure(ladder: Ladder, more: Sequence[Structure]) -> Ladder:
 
 
 def _flight_law(
-    ladder: Ladder, left: set[str], rng: np.random.Generator, withheld: frozenset[str]
+    ladder: Ladder,
+    left: set[str],
+    rng: np.random.Generator,
+    withheld: frozenset[str],
+    begun: _FlightsAsked | None = None,
 ) -> tuple[LawFound | None, Ladder]:
-    """The law of the flights, and the ladder whose names and sizes are those beside it.
+    """The law of the flights, and the ladder whose names and sizes are those beside it; ``begun``: what they ask for,
+    where it is known.
 
     It is searched whether or not a probe found something, as those of the impacts are: a name may have taken what was
     another law's.  Where something is left of the measurement or the Host's path, only a probe asks: either bends
     flights like a law."""
     if "flight" not in left and left & {"measurement", "drive"}:
         return None, ladder
-    least = 0.0 if "flight" in left else ladder.flights.units.negligible_m_per_s2
-    runs, frame = ladder.series.runs, ladder.series.frame
-    search = FlightSearch.of(runs, ladder.flights.named, rng)
-    law, steps = find_flight_law(runs, ladder.flights, frame, rng, least, search=search)
-    asked = "flight" in left
+    search, law, steps = begun or _flights_asked(ladder, left, rng)
+    least, asked, frame = _least_push(ladder, left), "flight" in left, ladder.series.frame
 
     def stands(one: LawFound) -> bool:
         """Whether a law is one: a probe asks for it, or it is believed by itself."""

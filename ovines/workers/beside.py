@@ -75,8 +75,8 @@ def _copy(work: Callable[[], Made], parent: int, read: int, write: int) -> None:
 
 
 def made_by_two(works: Sequence[Callable[[], Made]]) -> list[Made]:
-    """What ``works`` make, which must bear pickling, in their order, some made by this process and some by a copy of it: whichever has
-    done with one takes the next.
+    """What ``works`` make, which must bear pickling, in their order, some made by this process and some by a copy of
+    it: whichever has done with one takes the next.
 
     What fails in the copy is made here, so that its failure is this process's own; without a copy (`made_beside`) all
     are made here.

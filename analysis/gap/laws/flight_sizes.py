@@ -78,6 +78,7 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
         for run, place in zip(runs, places, strict=True)
     ]
     floor: FloorFit | None = None
+    last = np.inf
     for _ in range(ROUNDS):
         holding_it, at_first = with_law(drifting, parts, coefficients), {**start, **dict.fromkeys(names, 1.0)}
         try:
@@ -100,9 +101,11 @@ def sized_law(runs: Sequence[Run], base: FlightFit, parts: Sequence[Candidate], 
         if not (np.all(np.isfinite(step)) and np.all(np.isfinite(covariance))):
             return None  # flights that it throws out of the world: a stop at the wall of a hair's width
         inside = np.sqrt(np.diag(covariance)[len(names) :])
-        if not np.any(np.abs(step) > RESTS_SD * inside):
+        farthest = float(np.max(np.abs(step) / np.maximum(inside, 1e-300), initial=0.0))
+        # Steps that grow come to rest nowhere: of edges in time, or of a form that is not the law.
+        if farthest <= RESTS_SD or farthest > last:
             break
-        parts = _stepped(parts, step)
+        parts, last = _stepped(parts, step), farthest
     if np.all(np.sqrt(np.diag(covariance)[: len(names)]) > LARGEST_FACTOR * np.abs(coefficients)):
         return None
     values = np.concatenate([coefficients, [n for part in parts for n in part.numbers]])

@@ -116,8 +116,9 @@ def driving(named: Sequence[Gain]) -> list[Gain]:
 def accepted(gain: Gain, least: float, units: Units) -> bool:
     """Whether flights ask for a term by its ``gain``; ``least``: held-out gain that chance does not reach.
 
-    A drag that pushes is none (see :func:`driving`).  What has no name is reported as left only where it is surely more than negligible, by
-    its own sd: what a named motion of the Host leaves by an imperfect law has no other name, and is about as large."""
+    A drag that pushes is none (see :func:`driving`).  What has no name is reported as left only where it is surely more
+    than negligible, by its own sd: what a named motion of the Host leaves by an imperfect law has no other name, and is
+    about as large."""
     size = gain.acceleration_m_per_s2
     if not gain.term.named:
         size *= 1 - 1 / max(gain.significance, 1.0)

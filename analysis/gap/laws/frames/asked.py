@@ -203,9 +203,9 @@ def _way_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _
 
 def _blow_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> _Now:
     """With the law of what every place holds of the frames beside it.  Flights must not fit worse then, and less must
-    be named and left, or as much, and flights fit better.  A contact that lasts cuts corners, too: where it explains everything, it is reported.  And
-    so does a late camera, whose picture is taken on the other side of a blow: then places must cut them without these
-    frames, too."""
+    be named and left, or as much, and flights fit better.  A contact that lasts cuts corners, too: where it explains
+    everything, it is reported.  And so does a late camera, whose picture is taken on the other side of a blow: then
+    places must cut them without these frames, too."""
     ladder = now.ladder
     late = any(cause.effect == LATE for cause in ladder.causes)
     if late and find_blow_law(ladder.series, rng.spawn(1)[0]) is None:
