@@ -51,6 +51,7 @@ from analysis.gap.selection.inertia import (
     wall_between,
     with_inertia,
 )
+from analysis.gap.selection.left_in_flights import SHARE_OF_NAMED
 from analysis.gap.selection.unfitted_flights import unexplained_misfit
 from analysis.gap.series import Series, with_host_moved
 
@@ -231,7 +232,7 @@ def with_held_law(
     series = _with_stated_inertia(replace(ladder.series, runs=tuple(runs)), measured)
     first = first_flights(series, effects)
     inertia, flights, series = _flights_and_disk(series, first, effects, withheld, ladder.measurement, rng)
-    flights = replace(flights, nominal=ladder.flights.nominal, causes=(*flights.causes, cause))
+    flights = replace(_beyond_held(flights, cause), nominal=ladder.flights.nominal, causes=(*flights.causes, cause))
     before = {c.effect for c in (*ladder.flights.causes, *ladder.inertia.cause(ladder.series))}
     known = withheld.union(effects) - _resizable(series)
     felt = _felt(rigid_structure(measured, _clock_s(ladder.findings)))
@@ -244,6 +245,15 @@ def with_held_law(
         ladder, series=series, inertia=inertia, flights=flights, causes=tuple(causes), structure=tuple(structure)
     )
     return with_contacts_of(ladder, flights.fitted, rng, withheld)
+
+
+def _beyond_held(flights: FlightSteps, cause: Cause) -> FlightSteps:
+    """The steps of flights that hold a law which is a ``cause``, without what is left of it by its imperfect form: a
+    contact that lasts begins a friction after blows later than the law has it."""
+    left = tuple(s for s in flights.structure if s.strength > 1 + SHARE_OF_NAMED * cause.strength)
+    if left == flights.structure:
+        return flights
+    return replace(flights, structure=left, left_p=min([s.p for s in left], default=1.0))
 
 
 def _with_stated_inertia(series: Series, measured: Series) -> Series:
