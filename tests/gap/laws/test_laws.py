@@ -485,6 +485,37 @@ def test_a_law_whose_fit_finds_no_numbers_is_none(loaded, monkeypatch):
     assert sized_law(series.runs, base, [side], np.array([-1.03])) is None
 
 
+@pytest.mark.parametrize(
+    ("steps_sd", "asked"), [((3.0, 2.0, 0.05), 3), ((3.0, 4.0, 0.05), 2), ((9.0, 3.0, 2.0, 1.0), 4)]
+)
+def test_a_laws_numbers_move_until_they_rest_or_their_steps_grow(loaded, monkeypatch, steps_sd, asked):
+    """What grows comes to rest nowhere: edges in time, a form that is not the law."""
+    _, series = loaded("none", 1.0, 3, runs=2)
+    base = first_flights(series, ("floor_friction", "spin_coupling"))
+
+    def pull(scale):
+        return (Term("outwards", 1.0, (Factor("gap", "exponential", 1.0, scale),)),)
+
+    told, sd = [], 1e-4
+
+    def told_step(*_):
+        told.append(steps_sd[len(told)])
+        return np.array([told[-1] * sd]), np.diag([1e-4, sd**2])
+
+    monkeypatch.setattr(flight_sizes, "_numbers_step", told_step)
+    sized = sized_law(series.runs, base, [Candidate("pull", pull, (8e-3,), (0.25,), (True,))], np.array([0.05]))
+    assert sized is not None and len(told) == asked
+
+
+@pytest.mark.parametrize("left", [0.5, 0.0, -0.1])
+def test_flights_that_leave_nothing_over_their_floor_promise_no_law(left):
+    """Where they leave some, it is the share of that which the law's linear form explains."""
+    residual = np.full(50, 2.0)
+    problem = Regression(residual, np.zeros((50, 0)), np.zeros(0), np.arange(50), np.arange(50) % 2)
+    promised = flight_law._promised(problem, SimpleNamespace(gain=10.0), left)
+    assert promised == (pytest.approx(10.0 * problem.excess / (left * 200.0)) if left > 0 else 0.0)
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_every_number_of_a_law_has_a_name_a_unit_and_a_formula(quantity):
     """Of every quantity in every function: a unit without a name had ended a diagnosis in an error."""

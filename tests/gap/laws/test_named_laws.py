@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from analysis.blind.series import make_series
-from analysis.gap.ladder import run_ladder
+from analysis.gap.cause import Cause, Structure
+from analysis.gap.ladder import _beyond_held, run_ladder
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
@@ -98,6 +99,16 @@ def test_a_rocking_beside_a_wrong_inertia_has_its_name(loaded):
         assert abs(value - true[name]) < 3 * sd
     assert named["inertia_error"]["ratio"][1] < 0.01
     assert ladder.flights.nominal.fits[0].run.law.shape[0] == 0 < ladder.flights.fitted.fits[0].run.law.shape[0]
+
+
+@pytest.mark.parametrize(("strengths", "stay"), [((1.8,), ()), ((6.5, 1.8), (6.5,)), ((7.0,), (7.0,))])
+def test_what_a_named_law_leaves_of_itself_is_not_left(quiet, strengths, stay):
+    """A tenth of it beyond what is negligible: a rocking in contacts that last left 0.03 of itself (in view)."""
+    cause = Cause("nes_rocking", "flight", {}, 54.0, 1e4, "x", "free flight")
+    left = tuple(Structure("flight", "free flight", "x", "something", s, 100.0, 0.1, "m/s^2", 1e-6) for s in strengths)
+    steps = _beyond_held(replace(quiet.flights, structure=left, left_p=1e-6), cause)
+    assert tuple(one.strength for one in steps.structure) == stay
+    assert steps.left_p == (1e-6 if stay else 1.0)
 
 
 @pytest.mark.further

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,12 +11,16 @@ import pytest
 
 from analysis.blind.series import make_series
 from analysis.gap.diagnose import verdict_of
-from analysis.gap.ladder import run_ladder
+from analysis.gap.ladder import run_ladder, stated_effects
+from analysis.gap.laws.flight_sizes import holding
 from analysis.gap.page.evidence import evidence_section
+from analysis.gap.selection.flight_steps import select_flight_effects
 from analysis.gap.selection.flights.missing_acceleration import COMPONENTS
+from analysis.gap.selection.flights.terms import EFFECT_TERMS
 from analysis.gap.selection.left_in_flights import _best_pair
 from analysis.report.page import Page
 from analysis.statistics.gain import regress
+from ovines.core.laws.terms import Factor, Term
 from tests.gap.conftest import brought
 
 #: kinds of one series, size, noise, runs -> stage of each kind, a word of what it goes with
@@ -66,6 +71,23 @@ def test_a_cause_without_a_name_is_unknown_in_its_stage(tmp_path, unpainted, kin
         assert word in first["goes_with"]
         expected = "gap-ground" if word == "ground" else FIGURES[stage]
         assert any(name.startswith(expected) for name in evidence.figures)
+
+
+def test_a_drag_that_pushes_is_left_and_no_drag(loaded):
+    """Flights whose model holds a drag that the disk does not feel are driven by what grows with the speed: as surely
+    as a drag would get its name, that is left, and no drag is there."""
+    _, series = loaded("none", 1.0, 41)
+    held = replace(series, runs=holding(series.runs, [Term("along_velocity", -0.2, (Factor("speed"),))]))
+    steps, driven = (
+        select_flight_effects(one, stated_effects(one), frozenset(), False, np.random.default_rng(0))
+        for one in (series, held)
+    )
+    assert (steps.causes, steps.structure) == ((), ())
+    (drag,) = (one for one in EFFECT_TERMS if one.name == "viscous_drag")
+    assert driven.causes == () and [one.goes_with for one in driven.structure] == [drag.driving.name]
+    assert drag.driving.columns == drag.columns and not drag.driving.named
+    (left,) = (one for one in driven.left if one.term == drag)
+    assert left.pushes and left.estimate[0] == pytest.approx(-0.2, abs=0.02)
 
 
 def test_a_part_of_the_impacts_that_follows_another_law_is_seen():
