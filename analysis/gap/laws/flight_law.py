@@ -89,7 +89,7 @@ def find_flight_law(
         gap_m2 = float(np.sum(without - floor))
         if not asked and _promised(problem.problem, found, gap_m2 / float(without.sum())) < LEAST_PROMISED:
             return None, steps
-        chosen = _best_law(runs, base, found, lever_m, gap_m2)
+        chosen = _best_law(runs, base, found, search.by_name(found), lever_m, gap_m2)
         if chosen is not None:
             break
         search = search.leaving_out([one.name for one in (*found.parts, *(r.candidate for r in found.rivals))])
@@ -135,11 +135,11 @@ def force_gain(runs: Sequence[Run], fitted: FlightFit, rng: np.random.Generator)
 
 
 def _best_law(
-    runs: Sequence[Run], base: FlightFit, found: Found, lever_m: float, gap_m2: float
+    runs: Sequence[Run], base: FlightFit, found: Found, by_name: Sequence[Found], lever_m: float, gap_m2: float
 ) -> tuple[Found, FittedLaw] | None:
-    """The law among ``found`` and the rivals that gain nearly as much which predicts runs held out best in the
-    equation of motion itself: strong laws differ there from what their linearisation says.  Every unknown costs a share
-    of the whole gap ``gap_m2``."""
+    """The law among ``found``, the same ``by_name`` of an effect, and the rivals that gain nearly as much, which
+    predicts runs held out best in the equation of motion itself: strong laws differ there from what their linearisation
+    says.  Every unknown costs a share of the whole gap ``gap_m2``."""
     near = [k for k, one in enumerate(found.rivals) if len(found.parts) == 1 and one.gain > NEAR]
     # What the flights do not take whole they may take without its last part.
     shorter = (found.first(n) for n in range(len(found.parts) - 1, 0, -1))
@@ -154,7 +154,7 @@ def _best_law(
         bare = replace(law, sized=replace(law.sized, parts=()))
         return error_m2 + LEAST_SHARE * unknowns * max(gap_m2, 0.0), bare
 
-    whole = [found, *(_as_law(found, k) for k in near)]
+    whole = [found, *by_name, *(_as_law(found, k) for k in near)]
     made = made_by_two([partial(weighed, one) for one in whole])
     tried = [(one, law) for one, law in zip(whole, made, strict=True) if law is not None]
     if not tried:

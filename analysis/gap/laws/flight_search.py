@@ -16,16 +16,18 @@ from analysis.flights.fit import SHARED
 from analysis.flights.stated_terms import DRIFT_OF_RUN
 from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN, Listed
-from analysis.gap.laws.choice.search import MOST_PARTS, find_law
-from analysis.gap.laws.choice.shortlist import shortlist_of
+from analysis.gap.laws.choice.numbers_inside import searched
+from analysis.gap.laws.choice.search import MOST_PARTS, find_law, measured
+from analysis.gap.laws.choice.shortlist import NEAR, shortlist_of
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.flights import flight_candidates
+from analysis.gap.laws.dictionary.own_forms import is_effect_by_law
 from analysis.gap.laws.dictionary.parts import RigScales
 from analysis.gap.laws.dictionary.products import of_flights
 from analysis.gap.laws.flight_rows import FlightRegression, flight_regression
 from analysis.gap.laws.pulses import pulse_candidates
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
-from analysis.gap.laws.regression.problem import Regression
+from analysis.gap.laws.regression.problem import Profile, Regression
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.flights.model import run_places, value_of
 from ovines.core.laws.terms import Term
@@ -69,6 +71,24 @@ class FlightSearch:
         return find_law(
             self.rows.problem, self.rows.columns, self.listed, rng, level, of_flights(self.scales), most_parts
         )
+
+    def by_name(self, found: Found) -> list[Found]:
+        """A law that was ``found`` with a listed effect in the place of its first part, beside its other parts and by
+        itself: the nearest effect that is found by its law, where it gains nearly as much.
+
+        Strong laws differ in the equation of motion from what their linear form says: a form of more numbers, which
+        bends as that does, gains more there than the true one."""
+        problem, candidates = self.rows.problem, self.listed.candidates
+        own = [i for i, one in enumerate(candidates) if is_effect_by_law(one) and np.isfinite(self.listed.looked[i])]
+        if not own or is_effect_by_law(found.parts[0]):
+            return []
+        gains = self.listed.gains(problem, problem.excess)
+        best = max(own, key=lambda i: gains[i])
+        if not gains[best] >= NEAR * float(gains.max()) > 0:
+            return []
+        effect = searched(Profile.of(problem), self.rows.columns, candidates[best])
+        wholes = [[effect, *found.parts[1:]], [effect]][: len(found.parts)]
+        return [measured(problem, self.rows.columns, parts, found.p, (), problem.excess) for parts in wholes]
 
     def leaving_out(self, names: Sequence[str]) -> FlightSearch:
         """The search without forms of these names, or of which these are products."""

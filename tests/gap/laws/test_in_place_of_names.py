@@ -14,12 +14,13 @@ from analysis.flights.evidence import columns_of
 from analysis.flights.fit import SHARED
 from analysis.gap.laws import flight_law
 from analysis.gap.laws.dictionary.candidate import Candidate
+from analysis.gap.laws.dictionary.own_forms import is_own_form
 from analysis.gap.laws.flight_rows import flight_regression, regression_of
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.instead import flights
 from analysis.gap.laws.instead.flights import flight_law_beyond
 from analysis.gap.laws.instead.impacts import _own_part, restitution_law_instead
-from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form
+from analysis.gap.laws.instead.margins import OUTDOES
 from analysis.gap.laws.instead.wall import _instead
 from analysis.gap.laws.regression.problem import held_out_squares
 from analysis.gap.selection.flight_candidates import gain_of

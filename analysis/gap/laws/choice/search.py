@@ -156,7 +156,7 @@ def _built(
         wanted = _wanted(problem, columns, listed, parts, rng, level)
         if wanted.p > LEVEL:
             break
-    return _measured(problem, columns, parts, first.p, rivals, scale) if parts else None
+    return measured(problem, columns, parts, first.p, rivals, scale) if parts else None
 
 
 def _by_runs(forms: Forms, prices: Array) -> float:
@@ -218,7 +218,7 @@ def _replaced(
     return parts
 
 
-def _measured(
+def measured(
     problem: Regression, columns: Columns, parts: Sequence[Candidate], p: float, rivals: tuple[Rival, ...], scale: float
 ) -> Found:
     """Coefficients and numbers of the parts together, with the sds that both leave each other."""

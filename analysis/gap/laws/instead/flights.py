@@ -8,10 +8,11 @@ import numpy as np
 
 from analysis.gap.laws.belief import believed
 from analysis.gap.laws.choice.shortlist import LEAST_SHARE
+from analysis.gap.laws.dictionary.own_forms import is_own_form
 from analysis.gap.laws.flight_law import find_flight_law, squared_errors
 from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.laws.found_law import LawFound
-from analysis.gap.laws.instead.own_forms import AS_WELL, OUTDOES, is_own_form
+from analysis.gap.laws.instead.margins import AS_WELL, OUTDOES
 from analysis.gap.selection.flight_steps import FlightSteps
 from analysis.gap.selection.flights.terms import EFFECT_TERMS, FlightTerm
 from analysis.gap.selection.flights_beside_law import beside_law, named_terms_of, still_accepted, without_names

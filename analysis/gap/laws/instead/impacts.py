@@ -15,10 +15,11 @@ from analysis.gap.cause import Structure
 from analysis.gap.laws.choice.listed import PER_UNKNOWN
 from analysis.gap.laws.choice.search import LEVEL_BELIEVED, LEVEL_WHERE_LEFT
 from analysis.gap.laws.choice.shortlist import AS_GOOD, LEAST_SHARE
+from analysis.gap.laws.dictionary.own_forms import is_own_form, is_own_term
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import find_impact_law, needless_beside
 from analysis.gap.laws.impact_rows import law_regression, of_target, usual_scatter
-from analysis.gap.laws.instead.own_forms import OUTDOES, is_own_form, is_own_term
+from analysis.gap.laws.instead.margins import OUTDOES
 from analysis.gap.laws.regression.problem import held_out_squares
 from analysis.gap.selection.impact_steps import ImpactSteps
 from analysis.gap.selection.impacts.fit import ImpactFit

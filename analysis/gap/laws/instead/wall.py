@@ -18,7 +18,7 @@ from analysis.gap.laws.dictionary.products import of_impacts
 from analysis.gap.laws.found_law import LawFound
 from analysis.gap.laws.impact_law import FEWEST_IMPACTS, reported_wall_law
 from analysis.gap.laws.impact_rows import ImpactRegression, distance_regression
-from analysis.gap.laws.instead.own_forms import AS_WELL
+from analysis.gap.laws.instead.margins import AS_WELL
 from analysis.gap.laws.linear_law import values_of
 from analysis.gap.laws.regression.forms import forms_of, held_out_gains
 from analysis.gap.selection.impact_steps import ImpactSteps

@@ -1,16 +1,10 @@
-"""The forms of listed effects, which a formula in their place must not have."""
+"""The forms of listed effects: which a formula in their place must not have, and which a law is tried in first."""
 
 from __future__ import annotations
 
 from analysis.gap.laws.dictionary.candidate import Candidate
 from ovines.core.effects import EFFECTS
 from ovines.core.laws.terms import Term
-
-# By so much (fall of -2 log L of runs held out) a formula must say more than names that leave nothing: the best of a
-# few that are nearly the true name says 9 more by chance once in a hundred series, 16 more once in some thousands.
-OUTDOES = 16.0
-# A formula of fewer unknowns replaces names where it explains this share of what they do: a ring of two halves 0.995.
-AS_WELL = 0.99
 
 
 def is_own_form(candidate: Candidate) -> bool:
@@ -21,3 +15,13 @@ def is_own_form(candidate: Candidate) -> bool:
 def is_own_term(term: Term) -> bool:
     """Whether a term is what some listed effect does, of those that a fit has unknowns for."""
     return any(form.covers(term) for effect in EFFECTS.values() if not effect.by_law for form in effect.forms)
+
+
+def is_effect_by_law(candidate: Candidate) -> bool:
+    """Whether a candidate is a listed effect that is found by its law."""
+    return any(
+        len(effect.forms) == len(candidate.terms)
+        and all(form.is_form_of(term) for form, term in zip(effect.forms, candidate.terms, strict=True))
+        for effect in EFFECTS.values()
+        if effect.by_law
+    )
