@@ -82,8 +82,15 @@ def judged(
         structure=tuple(structure),
         error=error,
         by_effect={effect: gain for effect, gain in by_effect.items() if effect in named},
-        tells_sway=tells_sway,
+        # A slow line within the band of a drive that sweeps is held by the drive's, and not known.
+        tells_sway=tells_sway
+        and float(np.mean([path.fastest_hz == path.drive_hz for path in steps.paths])) >= IMPROVED,
     )
+
+
+def _drives_of_lines(paths: Sequence[MeasuredPath]) -> bool:
+    """Whether most drives hold no band, within which a slow line would be theirs."""
+    return float(np.mean([path.fastest_hz == path.drive_hz for path in paths])) >= IMPROVED
 
 
 def would_show(line: Line) -> NDArray[np.bool_]:

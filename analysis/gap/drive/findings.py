@@ -32,7 +32,7 @@ class DriveSteps:
     """``findings``: asked against measured; ``swings`` and ``lines`` that the Host's path holds beside the drive, with
     the ``paths`` and ``pushes`` they are of; ``causes`` and ``structure`` among them, ``error`` by step (R,): sums of
     squares of the path over its noise's variance, ``by_effect`` (R,) what each named one takes of it; ``tells_sway``:
-    whether a slow line would be known for one, the drives being lines and the cameras still."""
+    whether any slow line would be known for one, the drives being lines and the cameras still."""
 
     findings: tuple[DriveFinding, ...] = ()
     paths: tuple[MeasuredPath, ...] = ()

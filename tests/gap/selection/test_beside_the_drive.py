@@ -56,3 +56,4 @@ def test_a_sway_is_reported_beside_a_drive_that_starts(tmp_path):
 def test_nothing_is_found_beside_a_drive_where_nothing_is(tmp_path, drive, runs):
     _, steps = drive_of(tmp_path, "none", drive, 1, runs)
     assert steps.paths and not steps.causes and not steps.structure
+    assert steps.tells_sway == (drive == "two_lines")  # within a band a slow line would be the drive's
