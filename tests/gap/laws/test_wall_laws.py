@@ -12,6 +12,7 @@ from analysis.blind.plant.wall.motion import PLAY_M_PER_S2
 from analysis.blind.recording.files import write_series
 from analysis.blind.recording.place import Place
 from analysis.blind.series import make_series
+from analysis.gap.cause import Cause
 from analysis.gap.diagnose import diagnose, verdict_of
 from analysis.gap.laws.choice.search import LEVEL, LEVEL_WHERE_LEFT, find_law
 from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
@@ -22,6 +23,7 @@ from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.selection.impact_steps import select_impact_effects
 from analysis.gap.selection.impacts.fit import PLAIN_SHAPE, fit_impacts, with_lobes
 from analysis.gap.thresholds import DISTANCE_NEGLIGIBLE
+from analysis.gap.written_laws import taken_by_wall
 from ovines.core.effects import EFFECTS as LIBRARY
 from ovines.core.effects import Effect, EffectParameter
 from ovines.core.effects.effect import Words
@@ -231,3 +233,17 @@ def test_a_ring_that_blows_leave_oval_leaves_nothing_at_the_impacts(loaded, with
     (law,) = laws
     assert [factor.quantity for factor in law.law.terms[0].factors] == ["contact_turn"], as_text(law.law)
     assert ladder.causes == () and {one.stage for one in ladder.structure} == {"geometry"}
+
+
+@pytest.mark.parametrize(("gain", "taken"), [(25.3, True), (40.0, False), (60.0, False)])
+def test_a_loss_with_the_speed_that_a_wall_law_takes_is_no_name(gain, taken):
+    """25.3 of 43.2 stayed beside an oval disk (trial 55, in view); what was not named before is asked as ever."""
+
+    def cause(effect, gain):
+        return Cause(effect, "impact", {}, 3.0, gain, "normal", "impact")
+
+    before = cause("speed_dependent_restitution", 43.2), cause("finite_contact_time", 90.0)
+    beside = cause("speed_dependent_restitution", gain), cause("finite_contact_time", 30.0)
+    new = cause("restitution_drift", 30.0)
+    lost = ("speed_dependent_restitution",) if taken else ()
+    assert taken_by_wall(before, (*beside, new)) == lost
