@@ -24,6 +24,7 @@ from analysis.gap.prediction import predict
 from analysis.gap.prediction.detectable import Entry, detectable_sizes
 from analysis.gap.prediction.held_out_errors import held_out_errors
 from analysis.gap.prediction.how_far import HowFar, how_far, shows_in
+from analysis.gap.prediction.over_floor import with_flights_over_floor
 from analysis.gap.prediction.power import share_seen
 from analysis.gap.prediction.probabilities import probabilities
 from analysis.gap.series import Series
@@ -74,9 +75,10 @@ def diagnose(series: Series, rng: np.random.Generator, withheld: frozenset[str] 
     """Where the gap of a series lies, which effect causes it, how far it shrinks with it (see ``docs/gap.md``).
 
     ``withheld``: effects taken out of the library for a trial."""
-    ladder, chance = run_ladder(series, rng, withheld), rng.spawn(1)[0]
+    ladder, chance = with_flights_over_floor(run_ladder(series, rng, withheld)), rng.spawn(1)[0]
     with _judged_beside(ladder, chance) as without_laws:
         laws, last = write_laws(ladder, rng, withheld)
+        last = last if last is ladder else with_flights_over_floor(last)
         judged = without_laws() if last is ladder and not laws else None
     judged = judged or _judged(last, laws, chance)
     ladder, estimates = replace(last, causes=judged.causes), judged.estimates

@@ -1,7 +1,9 @@
 """The floor under what flights are predicted by: noise that free curves swallow is given back, however it goes
-together from frame to frame."""
+together from frame to frame.  Flights that miss by more are left."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from analysis.flights.cutting.pieces import Flight
 from analysis.flights.cutting.run_data import RunData
 from analysis.flights.cutting.runs import Run
 from analysis.flights.cutting.segments import Segments
+from analysis.gap.prediction.over_floor import MOST_SHARE, over_floor, with_flights_over_floor
 from analysis.gap.prediction.predict import free_paths, measured_paths
 from analysis.gap.selection.impacts.floor import _left_over
 from analysis.motion.host_path import HostMotion
@@ -48,3 +51,42 @@ def test_blows_of_another_kind_do_not_move_the_floor_of_the_others():
     assert np.mean(whole**2) == pytest.approx(sd[0] ** 2, rel=0.15)
     assert np.mean(spoilt[~kind] ** 2) == pytest.approx(np.mean(whole[~kind] ** 2), rel=0.1)
     assert np.isnan(_left_over(values[:20], columns[:20], sd[:20])).all()
+
+
+def glared(ladder, height_m):
+    """The ladder of runs in which the disk is seen beside its place, in the middle of the ring."""
+
+    def seen(run):
+        xy_m = run.data.xy_m - run.data.host.at(run.data.time_s)[:, :2]
+        pull = height_m * np.exp(-0.5 * np.sum((xy_m / 4e-3) ** 2, 1))
+        return replace(run, data=replace(run.data, xy_m=run.data.xy_m + pull[:, None] * np.array([1.0, 0.0])))
+
+    runs = tuple(seen(run) for run in ladder.series.runs)
+    return replace(ladder, series=replace(ladder.series, runs=runs, tracks=()))
+
+
+def test_flights_that_miss_by_more_than_their_noise_are_left(quiet):
+    """Whatever they go with; none where they do not, where something is left already, or where one camera may hide a
+    lens."""
+    clean, off = (glared(quiet, height_m) for height_m in (0.0, 4e-4))
+    assert with_flights_over_floor(clean) is clean and over_floor(clean)[0] < 0.05
+    share, p = over_floor(off)
+    assert share > MOST_SHARE and p < 1e-5
+    (left,) = with_flights_over_floor(off).structure
+    assert (left.stage, left.size, left.p) == ("flight", share, p)
+    single = replace(off, series=replace(off.series, tracks=None))
+    assert with_flights_over_floor(single) is single
+    found = replace(off, structure=(left,))
+    assert with_flights_over_floor(found) is found
+
+
+def test_one_flight_that_misses_says_nothing_of_the_model(quiet):
+    """It hides an impact."""
+    run = quiet.series.runs[0]
+    flight = max(run.flights, key=lambda one: one.last - one.first)
+    xy_m = run.data.xy_m.copy()
+    middle = (flight.first + flight.last) // 2
+    xy_m[middle : flight.last + 1] += 2e-5 * np.arange(flight.last + 1 - middle)[:, None]
+    runs = (replace(run, data=replace(run.data, xy_m=xy_m)), *quiet.series.runs[1:])
+    ladder = replace(quiet, series=replace(quiet.series, runs=runs, tracks=()))
+    assert 0 < over_floor(ladder)[0] < 0.05 and with_flights_over_floor(ladder) is ladder

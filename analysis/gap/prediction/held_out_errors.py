@@ -38,11 +38,11 @@ def held_out_errors(
     stated = dict(ladder.flights.nominal.model.stated)
     starts_s = [run.data.start_s for run in runs]
     given = predict.given_model(model.effects, model.floor_friction, stated, starts_s) if model else None
-    nominal = _paths(runs, ladder.flights.nominal)
+    nominal = held_out_paths(runs, ladder.flights.nominal)
     paths: dict[str, list[Array] | None] = {
         "as_given": _given_paths(runs, given, ladder) if given is not None else None,
         "recalibrated": nominal,
-        "with_effect": _paths(runs, ladder.flights.named)
+        "with_effect": held_out_paths(runs, ladder.flights.named)
         if ladder.flights.named is not ladder.flights.nominal
         else nominal,
         "noise_floor": [predict.free_paths(run, ladder.flights.fitted.noise.correlation) for run in runs],
@@ -108,7 +108,8 @@ def _hits(ladder: Ladder, model: Nominal | None, laws: Sequence[WrittenLaw]) -> 
     return out
 
 
-def _paths(runs: Sequence[Run], fitted: FlightFit) -> list[Array]:
+def held_out_paths(runs: Sequence[Run], fitted: FlightFit) -> list[Array]:
+    """Path (N, 3) of each run by what the other runs tell, its flights' own states fitted."""
     models = predict.held_out_models(fitted)
     return [predict.flight_paths(run, fits) for run, fits in zip(runs, predict.flights_of(runs, models), strict=True)]
 
