@@ -35,6 +35,7 @@ from analysis.gap.selection.flight_steps import (
     select_flight_effects,
 )
 from analysis.gap.selection.flights.fit import FlightFit
+from analysis.gap.selection.flights.terms import EFFECT_TERMS
 from analysis.gap.selection.impact_steps import (
     ImpactSteps,
     beside_wall_law,
@@ -59,6 +60,9 @@ Array = NDArray[np.float64]
 # Markers that are seen at times of their own displace a body with its velocity, which flights take for a force: up to
 # so many times negligible where the delays are the smallest that count (one series: 12 where they are 1.7).
 FELT_IN_FLIGHT = 10.0
+# What pushes along the path where frames' times scatter: the Host's path tells these times, and swings beside its drive
+# go into them (0.12 m/s^2 beside a ringing, three runs).
+DRIVING = tuple(term.driving.name for term in EFFECT_TERMS if term.drags)
 STAGES = ("measurement", "drive", "flight", "impact", "geometry")
 #: stages of what happens at the wall
 CONTACT = ("impact", "geometry")
@@ -125,6 +129,8 @@ def run_ladder(series: Series, rng: np.random.Generator, withheld: frozenset[str
         first = first_flights(outside, effects)
         inertia, flights, corrected = _flights_and_disk(outside, first, effects, withheld, tests, rng)
         impacts = select_impact_effects(flights.fitted, effects, withheld, tests.lens_residual_found, rng)
+    if any(one.effect == "trigger_jitter" for one in findings):
+        flights = _without(flights, [one for one in flights.structure if one.goes_with in DRIVING])
     offsets = centre_offsets(corrected, flights.fitted, impacts.fitted)
     centres = [c for c in offsets if is_effect(c)]
     rigid = rigid_structure(series, _clock_s(findings))
@@ -250,10 +256,15 @@ def with_held_law(
 def _beyond_held(flights: FlightSteps, cause: Cause) -> FlightSteps:
     """The steps of flights that hold a law which is a ``cause``, without what is left of it by its imperfect form: a
     contact that lasts begins a friction after blows later than the law has it."""
-    left = tuple(s for s in flights.structure if s.strength > 1 + SHARE_OF_NAMED * cause.strength)
-    if left == flights.structure:
+    return _without(flights, [s for s in flights.structure if s.strength <= 1 + SHARE_OF_NAMED * cause.strength])
+
+
+def _without(flights: FlightSteps, spurious: Sequence[Structure]) -> FlightSteps:
+    """The steps of flights without some of what they leave."""
+    if not spurious:
         return flights
-    return replace(flights, structure=left, left_p=min([s.p for s in left], default=1.0))
+    left = tuple(one for one in flights.structure if one not in spurious)
+    return replace(flights, structure=left, left_p=min([one.p for one in left], default=1.0))
 
 
 def _with_stated_inertia(series: Series, measured: Series) -> Series:

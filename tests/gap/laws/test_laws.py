@@ -28,7 +28,7 @@ from analysis.gap.laws.dictionary.impacts.walls import wall_candidates
 from analysis.gap.laws.dictionary.modulated import fixed
 from analysis.gap.laws.dictionary.parts import RigScales, plain, scaled
 from analysis.gap.laws.flight_rows import flight_regression
-from analysis.gap.laws.flight_sizes import sized_law
+from analysis.gap.laws.flight_sizes import SizedLaw, sized_law
 from analysis.gap.laws.impact_law import needless_beside
 from analysis.gap.laws.regression.forms import forms_of, gains_by_chance, held_out_gains
 from analysis.gap.laws.regression.problem import Regression, held_out_squares
@@ -184,20 +184,31 @@ def test_forms_that_gain_alike_are_held_against_each_other_in_the_equation_of_mo
     rivals = (Rival(line, -some, sds, 0.89, True), Rival(far, some, sds, 0.2, True))
     found = Found((one,), some, sds, (some,), 100.0, 1e-9, rivals)
     errors = {"settles": 2.0, "line": 2.0, "far": 0.0}
-    monkeypatch.setattr(
-        flight_law, "fitted_law", lambda runs, base, law: SimpleNamespace(runs=law.parts[0].name, fit=None)
-    )
+
+    def fitted(runs, base, law):
+        values = np.concatenate([law.coefficients, *(part.numbers for part in law.parts)])
+        return flight_law.FittedLaw(law.parts[0].name, None, SizedLaw(law.parts, values, np.eye(len(values)), {}, None))
+
+    monkeypatch.setattr(flight_law, "fitted_law", fitted)
     monkeypatch.setattr(flight_law, "_paths", lambda runs, fit: runs)
     monkeypatch.setattr(flight_law, "_mean_square", lambda runs, paths, lever_m: np.array([errors[paths]]))
 
-    def chosen():
-        return flight_law._best_law((), None, found, 0.0, 10.0)[0]
+    def chosen(by_name=()):
+        one, law = flight_law._best_law((), None, found, by_name, 0.0, 10.0)
+        assert [part.name for part in law.sized.parts] == [part.name for part in one.parts]
+        assert [part.numbers for part in law.sized.parts] == [part.numbers for part in one.parts]
+        return one
 
     swapped = chosen()  # as good, one unknown less
     assert (swapped.parts[0].name, [r.candidate.name for r in swapped.rivals]) == ("line", ["settles", "far"])
     assert swapped.coefficients == -1.0 and swapped.rivals[0].gain == pytest.approx(1 / 0.89)
     errors["line"] = 2.3  # more than a fiftieth of the gap worse
     assert chosen() is found
+    effect = replace(swapped, parts=(replace(line, name="effect"),), rivals=())
+    errors["effect"] = 2.1
+    assert chosen([effect]) is effect
+    errors["effect"] = 2.3
+    assert chosen([effect]) is found
 
 
 def linear_problem(seed, slope):
