@@ -82,9 +82,7 @@ def judged(
         structure=tuple(structure),
         error=error,
         by_effect={effect: gain for effect, gain in by_effect.items() if effect in named},
-        # A slow line within the band of a drive that sweeps is held by the drive's, and not known.
-        tells_sway=tells_sway
-        and float(np.mean([path.fastest_hz == path.drive_hz for path in steps.paths])) >= IMPROVED,
+        tells_sway=tells_sway and _drives_of_lines(steps.paths),
     )
 
 

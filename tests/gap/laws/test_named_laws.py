@@ -9,11 +9,14 @@ import pytest
 
 from analysis.blind.series import make_series
 from analysis.gap.cause import Cause, Structure
-from analysis.gap.ladder import _beyond_held, run_ladder
+from analysis.gap.ladder import _beyond_held, run_ladder, stated_effects
+from analysis.gap.laws.choice.search import measured
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.impacts.law import law_candidates
 from analysis.gap.laws.dictionary.parts import RigScales
+from analysis.gap.laws.flight_search import FlightSearch
 from analysis.gap.named_laws import effect_of_restitution
+from analysis.gap.selection.flight_steps import select_flight_effects
 from analysis.gap.written_laws import write_laws
 from ovines.core.effects import EFFECTS
 from ovines.core.effects.law_form import FactorForm, LawForm
@@ -109,6 +112,27 @@ def test_what_a_named_law_leaves_of_itself_is_not_left(quiet, strengths, stay):
     steps = _beyond_held(replace(quiet.flights, structure=left, left_p=1e-6), cause)
     assert tuple(one.strength for one in steps.structure) == stay
     assert steps.left_p == (1e-6 if stay else 1.0)
+
+
+@pytest.mark.further
+def test_a_law_after_blows_is_tried_as_a_rocking_too(loaded):
+    """Beside its other parts and by itself; not where it is one, or gains far more than one."""
+    _, series = loaded("nes_rocking", 0.9, 4, runs=2)
+    steps = select_flight_effects(series, stated_effects(series), frozenset(), False, np.random.default_rng(0))
+    search = FlightSearch.of(series.runs, steps.named, np.random.default_rng(0))
+    by_name = {one.name: one for one in search.listed.candidates}
+    rings, rocks = by_name["friction that rings after an impact"], by_name["friction after an impact"]
+    other = by_name["friction with the radius"]
+
+    def found(*parts):
+        return measured(search.rows.problem, search.rows.columns, parts, 1e-9, (), search.rows.problem.excess)
+
+    wholes = [[part.name for part in one.parts] for one in search.by_name(found(rings, other))]
+    assert wholes == [[rocks.name, other.name], [rocks.name]]
+    assert [[part.name for part in one.parts] for one in search.by_name(found(rings))] == [[rocks.name]]
+    assert search.by_name(found(rocks, other)) == []
+    none = search.leaving_out([rocks.name])
+    assert none.by_name(found(rings)) == []
 
 
 @pytest.mark.further
