@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.gap.cause import BESIDE, CLOCKS, OWN_WAY, SEEN_HOST, TILTING_HOST, Structure
-from analysis.gap.ladder import Ladder, run_ladder, stated_effects
+from analysis.gap.ladder import Ladder, run_ladder
 from analysis.gap.laws.belief import UNPROMPTED_CLOSED, believed, structure_of_clock, structure_of_law
 from analysis.gap.laws.flight_law import force_gain
 from analysis.gap.laws.found_law import LawFound
@@ -32,7 +32,6 @@ from analysis.gap.laws.frames.drifting_clock import drifting_clock_law
 from analysis.gap.laws.frames.law import find_clock_law, find_disk_picture_laws, find_frame_laws, find_marker_laws
 from analysis.gap.measurement.body_residuals import loose_m
 from analysis.gap.measurement.fixed_markers import STILL_SHARE
-from analysis.gap.selection.flight_steps import first_flights
 from analysis.gap.series import Series
 from analysis.gap.thresholds import EQUIVALENT
 
@@ -214,7 +213,7 @@ def _blow_law(now: _Now, rng: np.random.Generator, withheld: frozenset[str]) -> 
     if law is None or law.size <= _still_m(ladder) or law.halves is None or not law.halves.both_show_it:
         return now
     corrected = without_frame_laws(now.series, [law.law])
-    if _first_misfit(corrected) > _first_misfit(now.series):
+    if typical_misfit(corrected) > WORSE * typical_misfit(now.series):
         return now
     again = run_ladder(corrected, rng, withheld)
     lasts = any(cause.effect == LASTS for cause in ladder.causes)
@@ -296,11 +295,6 @@ def _misfit(ladder: Ladder) -> float:
     """What the nominal model's flights leave per freedom in the frames' stated sds, in the middle flight: effects named
     may have imitated a clock, and so may the noise that flights show."""
     return middle_misfit(ladder.flights.nominal.fits)
-
-
-def _first_misfit(series: Series) -> float:
-    """The same of a series, with nothing of its measurement put right."""
-    return middle_misfit(first_flights(series, stated_effects(series)).fits)
 
 
 def _found(ladder: Ladder) -> int:
