@@ -18,7 +18,7 @@ from analysis.gap.laws.choice.found import Found
 from analysis.gap.laws.choice.listed import PER_UNKNOWN, Listed
 from analysis.gap.laws.choice.numbers_inside import searched
 from analysis.gap.laws.choice.search import MOST_PARTS, find_law, measured
-from analysis.gap.laws.choice.shortlist import NEAR, shortlist_of
+from analysis.gap.laws.choice.shortlist import NEAR, gain_of, shortlist_of
 from analysis.gap.laws.dictionary.candidate import Candidate
 from analysis.gap.laws.dictionary.flights import flight_candidates
 from analysis.gap.laws.dictionary.own_forms import is_effect_by_law
@@ -82,9 +82,9 @@ class FlightSearch:
         own = [i for i, one in enumerate(candidates) if is_effect_by_law(one) and np.isfinite(self.listed.looked[i])]
         if not own or is_effect_by_law(found.parts[0]):
             return []
-        gains = self.listed.gains(problem, problem.excess)
+        gains = {i: gain_of(problem, self.rows.columns, candidates[i]) / problem.excess for i in own}
         best = max(own, key=lambda i: gains[i])
-        if not gains[best] >= NEAR * float(gains.max()) > 0:
+        if gains[best] < NEAR * found.gain:
             return []
         effect = searched(Profile.of(problem), self.rows.columns, candidates[best])
         wholes = [[effect, *found.parts[1:]], [effect]][: len(found.parts)]
