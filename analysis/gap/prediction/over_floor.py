@@ -13,16 +13,17 @@ from numpy.typing import NDArray
 from scipy.special import bdtrc
 
 from analysis.flights.cutting.runs import Run
-from analysis.gap.cause import SMALLEST_P, Structure
+from analysis.gap.cause import SMALLEST_P
 from analysis.gap.ladder import Ladder
 from analysis.gap.prediction import predict
 from analysis.gap.prediction.held_out_errors import held_out_paths
+from analysis.gap.selection.unfitted_flights import BY_CHANCE, unfitted
 
 Array = NDArray[np.float64]
 # Flights that miss by so many times the squares of their floor: at most 0.07 of them in nine series in which all had
 # been named, 0.32 to 0.56 in three in which something had not (trials 53, 55 and 56).  So many are usual, and more than
 # so many, with chance like this, are left.
-MISSES, USUAL_SHARE, MOST_SHARE, BY_CHANCE = 1.5, 0.07, 0.15, 0.01 / 4
+MISSES, USUAL_SHARE, MOST_SHARE = 1.5, 0.07, 0.15
 #: stages in which what is left shows in flights
 SHOWS_IN_FLIGHTS = ("measurement", "drive", "flight")
 
@@ -37,8 +38,7 @@ def with_flights_over_floor(ladder: Ladder) -> Ladder:
     share, p = over_floor(ladder)
     if share <= MOST_SHARE or p >= BY_CHANCE:
         return ladder
-    what = "none of the probes tested (flights that miss by more than their noise)"
-    left = Structure("flight", "free flight", "x", what, share / MOST_SHARE, 0.0, share, "of the flights", p)
+    left = unfitted("flights that miss by more than their noise", share, MOST_SHARE, "of the flights", p)
     return replace(ladder, structure=tuple(sorted((*ladder.structure, left), key=lambda one: -one.weight)))
 
 

@@ -140,8 +140,14 @@ def _grown(
     units: Units,
 ) -> _Grown:
     """``base`` and the terms that held-out runs ask for, one after the other."""
-    first = every = gains(base, named_terms, units)
-    probes = [*gains(base, probe_terms, units), *driving(every)]
+
+    def asked(fitted: FlightFit) -> tuple[list[Gain], list[Gain]]:
+        """Gains of the named terms, and of the probes with what drives."""
+        named = gains(fitted, named_terms, units)
+        return named, [*gains(fitted, probe_terms, units), *driving(named)]
+
+    every, probes = asked(base)
+    first = every
     chosen: list[FlightTerm] = []
     rivals: dict[str, tuple[str, ...]] = {}
     seen = {frozenset[str]()}
@@ -162,8 +168,7 @@ def _grown(
         if best is not None and best.term.named:
             rivals[best.term.name] = _rivals(best, every)
         base, chosen = fitted, trial
-        every = gains(base, named_terms, units)
-        probes = [*gains(base, probe_terms, units), *driving(every)]
+        every, probes = asked(base)
     return _Grown(base, chosen, rivals, first, every, probes)
 
 

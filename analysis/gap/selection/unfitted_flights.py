@@ -43,20 +43,21 @@ def unexplained_misfit(
     excess = flight.misfit / max(flight.count, 1)
     if excess > usual:
         p = chance_of_misfit(flight.misfit, flight.count)
-        return [_unfitted("misfit of the flights", excess, usual, "times the noise's variance", p)]
+        return [unfitted("misfit of the flights", excess, usual, "times the noise's variance", p)]
     # A few flights that nothing fits hide an impact or follow a wrong track, and are left out; many are a law missing.
     outlying, flights = outlying_flights(flight.fits)
     share = outlying / max(flights, 1)
     p = float(max(bdtrc(outlying - 1, flights, USUAL_OUTLYING), SMALLEST_P))
     if share > MOST_OUTLYING and p < BY_CHANCE:
-        return [_unfitted("flights that the law does not fit", share, MOST_OUTLYING, "of the flights", p)]
+        return [unfitted("flights that the law does not fit", share, MOST_OUTLYING, "of the flights", p)]
     share, p = in_turn(bent_flights(flight.fits))
     if share > LEAST_IN_TURN and p < BY_CHANCE:
-        return [_unfitted("flights one after the other", share, LEAST_IN_TURN, "of the flights", p)]
+        return [unfitted("flights one after the other", share, LEAST_IN_TURN, "of the flights", p)]
     return []
 
 
-def _unfitted(what: str, size: float, usual: float, unit: str, p: float) -> Structure:
+def unfitted(what: str, size: float, usual: float, unit: str, p: float) -> Structure:
+    """What is left of flights that goes with nothing: ``what`` of them, its ``size`` and what is ``usual``."""
     words = f"none of the probes tested ({what})"
     return Structure("flight", "free flight", "x", words, size / usual, 0.0, size, unit, p)
 

@@ -131,6 +131,7 @@ def test_a_law_after_blows_is_tried_as_a_rocking_too(loaded):
     assert wholes == [[rocks.name, other.name], [rocks.name]]
     assert [[part.name for part in one.parts] for one in search.by_name(found(rings))] == [[rocks.name]]
     assert search.by_name(found(rocks, other)) == []
+    assert search.by_name(replace(found(rings), gain=1e9)) == []
     none = search.leaving_out([rocks.name])
     assert none.by_name(found(rings)) == []
 
