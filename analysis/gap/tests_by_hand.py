@@ -149,6 +149,13 @@ RULES = (
     ),
     Rule(
         begins=NONE_TESTED,
+        holds="one after the other",
+        by_hand="Some flights that follow on each other miss by more than their noise. Look into the recordings at these "
+        "times (figure of the flights): a knock against the table, a cable, a marker that was covered. Record the "
+        "series once more without it.",
+    ),
+    Rule(
+        begins=NONE_TESTED,
         by_hand="The structure lies in {place} and goes with nothing that was tested. Turn Host, ring or disk by 90 "
         "degrees, one at a time, and repeat the diagnosis: what turns with one of them lies on it.",
     ),

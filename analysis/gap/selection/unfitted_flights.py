@@ -14,7 +14,7 @@ from scipy.special import bdtrc
 
 from analysis.flights.evidence import OUTLYING_FLIGHT
 from analysis.flights.fit import FlightFits
-from analysis.gap.cause import SMALLEST_P, Cause, Structure
+from analysis.gap.cause import NONE_TESTED, SMALLEST_P, Cause, Structure
 from analysis.gap.selection.flights.fit import FlightFit
 from analysis.gap.selection.null_distribution import chance_of_misfit
 from ovines.robust import residual_sd
@@ -58,7 +58,7 @@ def unexplained_misfit(
 
 def unfitted(what: str, size: float, usual: float, unit: str, p: float) -> Structure:
     """What is left of flights that goes with nothing: ``what`` of them, its ``size`` and what is ``usual``."""
-    words = f"none of the probes tested ({what})"
+    words = f"{NONE_TESTED} ({what})"
     return Structure("flight", "free flight", "x", words, size / usual, 0.0, size, unit, p)
 
 

@@ -17,7 +17,9 @@ from analysis.gap.selection.unfitted_flights import (
     bent_flights,
     in_turn,
     unexplained_misfit,
+    unfitted,
 )
+from analysis.gap.tests_by_hand import unknown_test
 
 
 def impacts(rng: np.random.Generator, lower: int, count: int = 200) -> LawData:
@@ -113,7 +115,11 @@ def test_what_happens_once_in_a_run_bends_flights_one_after_the_other(places, le
     assert (share > LEAST_IN_TURN and p < BY_CHANCE) is left
     flight = SimpleNamespace(fits=fits, misfit=1.0, count=1)
     found = unexplained_misfit(flight, (), (), False)
-    assert [one.goes_with for one in found] == ["none of the probes tested (flights one after the other)"][: int(left)]
+    assert [one.goes_with for one in found] == ["none of the covariates tested (flights one after the other)"][
+        : int(left)
+    ]
+    assert all("Look into the recordings" in unknown_test("flight", one.goes_with) for one in found)
+    assert "goes with nothing" in unknown_test("flight", unfitted("misfit of the flights", 2.0, 1.5, "", 0.0).goes_with)
     assert unexplained_misfit(flight, (), (SimpleNamespace(effect="camera_clock_offset"),), False) == []
 
 
