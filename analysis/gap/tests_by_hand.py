@@ -150,8 +150,8 @@ RULES = (
     Rule(
         begins=NONE_TESTED,
         holds="one after the other",
-        by_hand="Some flights that follow on each other miss by more than their noise. Look into the recordings at these "
-        "times (figure of the flights): a knock against the table, a cable, a marker that was covered. Record the "
+        by_hand="Some flights that follow on each other miss by more than their noise. Look into the recordings at "
+        "these times (figure of the flights): a knock against the table, a cable, a marker that was covered. Record the "
         "series once more without it.",
     ),
     Rule(
