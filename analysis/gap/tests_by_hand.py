@@ -151,8 +151,8 @@ RULES = (
         begins=NONE_TESTED,
         holds="one after the other",
         by_hand="Some flights that follow on each other miss by more than their noise. Look into the recordings at "
-        "these times (figure of the flights): a knock against the table, a cable, a marker that was covered. Record the "
-        "series once more without it.",
+        "these times (figure of the flights): a knock against the table, a cable, a marker that was covered. Record "
+        "the series once more without it.",
     ),
     Rule(
         begins=NONE_TESTED,
